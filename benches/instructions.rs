@@ -7,7 +7,7 @@
 
 use nalgebra::{DVector, Vector1, Vector2, Vector6};
 use serde_json::{Map, Value, json};
-use snaprod::bar::{Bar, End, FiniteVolumes, Material as Stuff, Motion as _, Stress};
+use snaprod::bar::{Bar, BarMotion as _, End, FiniteVolumes, Material as Stuff, Stress};
 use snaprod::body::{History, PointMass};
 use snaprod::elastica::{Elastica, LightRod, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};

@@ -5,7 +5,7 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::Vector2;
-use snaprod::bar::{Bar, End, FiniteVolumes, Material, Motion as _, Stress};
+use snaprod::bar::{Bar, BarMotion as _, End, FiniteVolumes, Material, Stress};
 use snaprod::body::{History, PointMass};
 use snaprod::elastica::{Elastica, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};

@@ -14,7 +14,7 @@ use snaprod::body::PointMass;
 use snaprod::elastica::Equilibrium;
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options};
-use snaprod::plot::{self, Lines, Series, Trace};
+use snaprod::plot::{self, LineStyle, Lines, Series};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use snaprod::viscoelastic::material::Material;
@@ -255,28 +255,28 @@ fn figure(near: &[(f64, f64)], table: &[(f64, f64, f64)], factor: f64) -> Lines 
                 name: "with Maxwell branches".into(),
                 x: near.iter().map(|p| p.0).collect(),
                 y: near.iter().map(|p| p.1).collect(),
-                trace: Trace::LineMarks,
+                trace: LineStyle::LineMarks,
                 ..Series::default()
             },
             Series {
                 name: "without".into(),
                 x: table.iter().map(|row| row.0 - RELAXED).collect(),
                 y: table.iter().map(|row| row.2).collect(),
-                trace: Trace::LineMarks,
+                trace: LineStyle::LineMarks,
                 ..Series::default()
             },
             Series {
                 name: "passage of the fold, C/√(f − 1.6628)".into(),
                 x: ends.to_vec(),
                 y: ends.iter().map(|e| factor / e.sqrt()).collect(),
-                trace: Trace::Dashed,
+                trace: LineStyle::Dashed,
                 ..Series::default()
             },
             Series {
                 name: "what the frozen rod bears".into(),
                 x: vec![FROZEN - RELAXED; 2],
                 y: vec![1.0, 3e3],
-                trace: Trace::Dashed,
+                trace: LineStyle::Dashed,
                 ..Series::default()
             },
         ],

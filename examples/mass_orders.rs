@@ -8,7 +8,7 @@
 //! `cargo run --release --example mass_orders -- figures`; without one the two heaviest rods are enough
 
 use snaprod::motion::{Event, Motion};
-use snaprod::plot::{self, Lines, Series, Trace};
+use snaprod::plot::{self, LineStyle, Lines, Series};
 use snaprod::scene::Scene;
 use snaprod::study::run::Prepared;
 use std::time::Instant;
@@ -162,7 +162,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-fn series(name: &str, y: &[f64], trace: Trace) -> Series {
+fn series(name: &str, y: &[f64], trace: LineStyle) -> Series {
     Series {
         name: name.into(),
         x: MASSES.to_vec(),
@@ -187,10 +187,10 @@ fn error_figure([none, first]: &[Vec<f64>; 2]) -> Lines {
         x_log: true,
         y_log: true,
         series: vec![
-            series("without mass", none, Trace::LineMarks),
-            series("to first order", first, Trace::LineMarks),
-            series("∝ ε", &power(1.6 * none[0], 1), Trace::Dashed),
-            series("∝ ε²", &power(1.6 * first[0], 2), Trace::Dashed),
+            series("without mass", none, LineStyle::LineMarks),
+            series("to first order", first, LineStyle::LineMarks),
+            series("∝ ε", &power(1.6 * none[0], 1), LineStyle::Dashed),
+            series("∝ ε²", &power(1.6 * first[0], 2), LineStyle::Dashed),
         ],
         ..Lines::default()
     }
@@ -203,9 +203,9 @@ fn cost_figure([none, first, full]: &[Vec<f64>; 3]) -> Lines {
         x_log: true,
         y_log: true,
         series: vec![
-            series("without mass", none, Trace::LineMarks),
-            series("to first order", first, Trace::LineMarks),
-            series("in full, 10 nodes, undamped", full, Trace::LineMarks),
+            series("without mass", none, LineStyle::LineMarks),
+            series("to first order", first, LineStyle::LineMarks),
+            series("in full, 10 nodes, undamped", full, LineStyle::LineMarks),
         ],
         ..Lines::default()
     }

@@ -16,7 +16,7 @@ use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::viscoelastic::{Layer, ViscousRun, ViscousSample, ViscousStart};
 use snaprod::motion::{Event, Options, Run, Snap, State};
 use snaprod::plot::{
-    self, Curve, LayerFigure, LayerRun, Lines, LossesOverTime, Series, Shape, Slope, Trace,
+    self, Curve, DrawnShape, LayerFigure, LayerRun, LineStyle, Lines, LossesOverTime, Series, Slope,
 };
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
@@ -402,7 +402,7 @@ fn convergence(series: &[Errors]) -> Lines {
         y: (0..three[0].points.len())
             .map(|i| three.iter().fold(0.0, |m: f64, e| m.max(e.points[i].1)))
             .collect(),
-        trace: Trace::LineMarks,
+        trace: LineStyle::LineMarks,
         ..Series::default()
     };
     let slope = |order: f64, name: &str, series: usize| Slope {
@@ -449,7 +449,7 @@ fn layer(elastic: &Elastic, runs: &[Viscous]) -> Result<LayerFigure, Failure> {
         ]
         .into_iter()
         .filter_map(|part| (0..moments.len()).find(|k| lost(&moments[*k]) >= all * part))
-        .map(|k| Shape {
+        .map(|k| DrawnShape {
             time: stretched[k],
             axis: Curve::new(moments[k].curve.iter().copied()),
         })

@@ -2,7 +2,7 @@
 
 use crate::problems::{DATA, Problem, Ran, counts, plane};
 use crate::support::{json, number, rows};
-use snaprod::bar::{self, Bar, End, FiniteVolumes, Material, Motion as _, Spectral, Stress};
+use snaprod::bar::{self, Bar, BarMotion as _, End, FiniteVolumes, Material, Spectral, Stress};
 use snaprod::body::History;
 use std::time::Instant;
 
@@ -20,7 +20,7 @@ fn pushed() -> Bar {
 }
 
 /// A bar of the library with the given scheme; scenes admit no user-defined load history.
-fn bar<M: bar::Motion + 'static>(
+fn bar<M: bar::BarMotion + 'static>(
     key: &'static str,
     title: &'static str,
     settings: &[usize],

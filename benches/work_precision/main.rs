@@ -20,7 +20,7 @@ mod statics;
 
 use peers::Point;
 use problems::Problem;
-use snaprod::plot::{self, Lines, Paper, Series, Trace};
+use snaprod::plot::{self, LineStyle, Lines, Paper, Series};
 use std::time::{Duration, Instant};
 
 fn main() {
@@ -218,9 +218,9 @@ fn figure<'a>(curves: impl Iterator<Item = &'a Curve>, error: &str) -> Lines {
         x: curve.points.iter().map(|p| p.ms).collect(),
         y: curve.points.iter().map(|p| p.error).collect(),
         trace: if curve.peer {
-            Trace::DashedMarks
+            LineStyle::DashedMarks
         } else {
-            Trace::LineMarks
+            LineStyle::LineMarks
         },
         ..Series::default()
     });

@@ -30,13 +30,13 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Error {
-    kind: Kind,
+    kind: ErrorKind,
     message: Message,
     source: Option<Arc<dyn StdError + Send + Sync>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum ErrorKind {
     Domain,
     Unreachable,
     Ambiguous,
@@ -48,35 +48,35 @@ enum Kind {
 impl Error {
     /// An argument outside its set.
     pub fn domain(message: impl Into<Message>) -> Self {
-        Self::new(Kind::Domain, message)
+        Self::new(ErrorKind::Domain, message)
     }
 
     /// A pose that no equilibrium has.
     pub fn unreachable(message: impl Into<Message>) -> Self {
-        Self::new(Kind::Unreachable, message)
+        Self::new(ErrorKind::Unreachable, message)
     }
 
     /// A request that several answers fit.
     pub fn ambiguous(message: impl Into<Message>) -> Self {
-        Self::new(Kind::Ambiguous, message)
+        Self::new(ErrorKind::Ambiguous, message)
     }
 
     /// An iteration without convergence to its tolerance.
     pub fn no_convergence(message: impl Into<Message>) -> Self {
-        Self::new(Kind::NoConvergence, message)
+        Self::new(ErrorKind::NoConvergence, message)
     }
 
     /// An answer that double precision cannot represent.
     pub fn ill_conditioned(message: impl Into<Message>) -> Self {
-        Self::new(Kind::IllConditioned, message)
+        Self::new(ErrorKind::IllConditioned, message)
     }
 
     /// A file that could not be read or written.
     pub fn io(message: impl Into<Message>) -> Self {
-        Self::new(Kind::Io, message)
+        Self::new(ErrorKind::Io, message)
     }
 
-    fn new(kind: Kind, message: impl Into<Message>) -> Self {
+    fn new(kind: ErrorKind, message: impl Into<Message>) -> Self {
         Self {
             kind,
             message: message.into(),
@@ -128,32 +128,32 @@ impl Error {
 
     /// True if an argument is outside its set.
     pub fn is_domain(&self) -> bool {
-        self.kind == Kind::Domain
+        self.kind == ErrorKind::Domain
     }
 
     /// True if double precision cannot represent the answer.
     pub fn is_ill_conditioned(&self) -> bool {
-        self.kind == Kind::IllConditioned
+        self.kind == ErrorKind::IllConditioned
     }
 
     /// True if no equilibrium has the requested pose.
     pub fn is_unreachable(&self) -> bool {
-        self.kind == Kind::Unreachable
+        self.kind == ErrorKind::Unreachable
     }
 
     /// True if several answers fit the request.
     pub fn is_ambiguous(&self) -> bool {
-        self.kind == Kind::Ambiguous
+        self.kind == ErrorKind::Ambiguous
     }
 
     /// True if an iteration did not converge to its tolerance.
     pub fn is_no_convergence(&self) -> bool {
-        self.kind == Kind::NoConvergence
+        self.kind == ErrorKind::NoConvergence
     }
 
     /// True if a file could not be read or written.
     pub fn is_io(&self) -> bool {
-        self.kind == Kind::Io
+        self.kind == ErrorKind::Io
     }
 }
 

@@ -24,12 +24,13 @@ pub(super) fn rod_error<const N: usize>(body: &PointMass<N>, tolerance: f64) -> 
 pub(super) fn force_of_mass<const N: usize>(
     rod: &dyn FirstOrderInertia<N>,
     body: &PointMass<N>,
-    (y, point): (&Phase<N>, &ManifoldPoint<N>),
+    y: &Phase<N>,
+    point: &ManifoldPoint<N>,
     error: f64,
 ) -> Option<SVector<f64, N>> {
     let mut action = body.action(y.t, &point.pose, &y.v, &point.force);
     let alone = action.acceleration;
-    with_rod(FollowedMass { rod, error }, body, (y, point), &mut action)?;
+    with_rod(FollowedMass { rod, error }, body, y, point, &mut action)?;
     Some((action.acceleration - alone) * body.mass())
 }
 
@@ -38,7 +39,8 @@ pub(super) fn force_of_mass<const N: usize>(
 pub(super) fn with_rod<const N: usize>(
     FollowedMass { rod, error }: FollowedMass<N>,
     body: &PointMass<N>,
-    (y, point): (&Phase<N>, &ManifoldPoint<N>),
+    y: &Phase<N>,
+    point: &ManifoldPoint<N>,
     action: &mut EndMotion<N>,
 ) -> Option<()> {
     let (frame, mass) = (body.support().map(|support| support.at(y.t)), body.mass());

@@ -120,6 +120,8 @@ const LARGEST_OPEN_PART: f64 = 0.1;
 const FINEST: f64 = 1e-13;
 /// Error relative to the largest term beyond which no energy of the motion can be trusted.
 const OPEN: f64 = 1e-3;
+/// Number of tolerances by which energies may be off at coarse tolerances.
+const COARSE: f64 = 10.0;
 /// Energy, in the units of the rod, up to which a rod at rest has rounding.
 const REST: f64 = 1e-29;
 
@@ -169,9 +171,10 @@ impl LedgerClosure {
 
     /// True if no energy of the motion can be trusted: the error is not small against the energies. An
     /// example is a motion so small that errors within the tolerance, which is relative to 1 + size, are of
-    /// the size of its energies. `energy`: the unit of energy.
-    pub fn is_open(&self, energy: f64) -> bool {
-        self.error > OPEN * self.largest && self.largest > REST * energy
+    /// the size of its energies. At a coarse tolerance energies are as coarse. `energy`: the unit of energy.
+    pub fn is_open(&self, energy: f64, tolerance: f64) -> bool {
+        let allowed = OPEN.max(COARSE * tolerance);
+        self.error > allowed * self.largest && self.largest > REST * energy
     }
 
     /// False if the run cannot be trusted. With E the largest term, in the units of the rod, EI/L, the error

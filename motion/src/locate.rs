@@ -163,7 +163,7 @@ pub fn first_change<S>(
         if gone(rooms[k]) {
             return Some((before, place(k)));
         }
-        let lowest = falls(k).then(|| lowest(at, (before, place((k + 1).min(last)))));
+        let lowest = falls(k).then(|| lowest(at, before, place((k + 1).min(last))));
         Some((before, lowest.flatten()?))
     })?;
     for _ in 0..HALVINGS {
@@ -179,7 +179,7 @@ pub fn first_change<S>(
 
 /// A fraction between two at which `room` is not positive, found by golden sections towards its minimum; None
 /// if the minimum is positive.
-fn lowest(room: impl Fn(f64) -> f64, (mut from, mut to): (f64, f64)) -> Option<f64> {
+fn lowest(room: impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> Option<f64> {
     for _ in 0..SECTIONS {
         let part = 0.5 * (3.0 - 5f64.sqrt()) * (to - from);
         let (left, right) = (from + part, to - part);

@@ -31,9 +31,9 @@
 mod balance;
 mod equivalent;
 
-pub use equivalent::{Equivalent, Mode};
+pub use equivalent::{Equivalent, EquivalentMode};
 
-use balance::{Balance, Slots, State};
+use balance::{Balance, ReducedState, Slots};
 use nalgebra::Vector6;
 use snaprod_systems::body::Mass;
 use snaprod_systems::error::{InUnits, Message, Quantity};
@@ -101,7 +101,7 @@ pub struct Reduction {
     carried: Mass,
     kind: ReductionKind,
     slots: Slots,
-    start: State,
+    start: ReducedState,
     /// True if (A) and (B) hold in all motions of this kind.
     identical: bool,
 }
@@ -263,7 +263,7 @@ impl Reduction {
             section: section.clone(),
             carried: carried.clone(),
             kind,
-            start: State {
+            start: ReducedState {
                 time: given.time,
                 strain: *e,
                 rate: slots.only(&velocity),
@@ -285,7 +285,7 @@ impl Reduction {
     }
 
     /// The balance at a state, if (A) and (B) hold there to a relative `tolerance`.
-    fn demand(&self, at: &State, tolerance: f64) -> Result<Balance, Message> {
+    fn demand(&self, at: &ReducedState, tolerance: f64) -> Result<Balance, Message> {
         let balance = self.balance(at).map_err(|e| e.to_string())?;
         match balance.defect() {
             (size, why) if !(size <= tolerance) => {

@@ -18,7 +18,7 @@ mod slow_beam;
 use super::body_with_rod::{FollowedMass, rod_error, with_rod};
 use super::locate::{Guess, Located, Timed, first_fold, locate};
 use super::options::Options;
-pub use beam_with_mass::MassTreatment;
+pub use beam_with_mass::{MassNow, MassTreatment};
 use fast_oscillation::Shaking;
 use nalgebra::SVector;
 use sheet8::{EightfoldSteps, OneOrEight};
@@ -378,9 +378,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return None;
         }
         let eight = self.eight.as_mut()?;
-        let from = (self.solver.state(), self.solver.slope());
+        let (from, slope) = (self.solver.state(), self.solver.slope());
         let mut cost = Cost::default();
-        let step = (eight.steps).step(from, &mut eight.motion, h_max, &mut cost);
+        let step = (eight.steps).step(from, slope, &mut eight.motion, h_max, &mut cost);
         *self.solver.cost_mut() = self.solver.cost() + cost;
         let step = step?;
         self.solver.rewind(step.to, *step.end_slope());
@@ -497,7 +497,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
     let rate = slow * det;
     let mut action = body.action(y.t, &point.pose, &y.v, &point.force);
     if let Some(rod) = rod {
-        with_rod(rod, body, (y, &point), &mut action)?;
+        with_rod(rod, body, y, &point, &mut action)?;
     }
     Some(Phase {
         q: along * slow,

@@ -13,7 +13,7 @@ use snaprod_systems::section::Strain;
 use snaprod_systems::viscoelastic::grid::Grid;
 use snaprod_systems::viscoelastic::kinematics::{Kinematics, Local};
 use snaprod_systems::viscoelastic::plane::Plane;
-use snaprod_systems::viscoelastic::space::{Curve, Space};
+use snaprod_systems::viscoelastic::space::{FramedCurve, Space};
 
 /// A state of a motion, in the frame of the clamp and in the units of the rod (length 1).
 ///
@@ -38,6 +38,12 @@ pub trait State {
 
     /// Energy dissipated by friction in the rod up to now, without drag and snaps; 0 for elastic rods.
     fn friction(&self) -> f64 {
+        0.0
+    }
+
+    /// Energy of waves too fast for the steps that the method has taken out up to now, part of the dissipated energy;
+    /// 0 for methods without such a loss.
+    fn numerical_loss(&self) -> f64 {
         0.0
     }
 
@@ -365,7 +371,7 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
 }
 
 /// Sections at the nodes of a curve and at its ends.
-fn framed(grid: &Grid, curve: Option<Curve>) -> RodCurve {
+fn framed(grid: &Grid, curve: Option<FramedCurve>) -> RodCurve {
     let Some(curve) = curve else {
         return Vec::new();
     };

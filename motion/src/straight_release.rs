@@ -208,7 +208,7 @@ impl Opening {
                 let bent = self.rods.at(pull, y)?;
                 let force = Vector2::new(-bent.pull, -bent.across);
                 let mut action = self.body.action(t, &pose, &v, &force);
-                self.with_rod(t, (&pose, &v), bent.pull, &mut action)?;
+                self.with_rod(t, &pose, &v, bent.pull, &mut action)?;
                 across[i] = action.acceleration[1];
                 (self.power[i], self.loss[i]) = (action.power, action.loss);
                 gap[i] = short[i] - bent.one_minus_x / t.powi(n + 2);
@@ -264,7 +264,8 @@ impl Opening {
     fn with_rod(
         &self,
         t: f64,
-        (pose, v): (&Vector2<f64>, &Vector2<f64>),
+        pose: &Vector2<f64>,
+        v: &Vector2<f64>,
         pull: f64,
         action: &mut EndMotion<2>,
     ) -> Option<()> {

@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen};
 use super::geometry::{Pixel, apart, finite, midway};
 use super::labels;
 use super::legend::{Entry, Key, Mark, draw_mark};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -136,7 +136,7 @@ pub fn branch_diagram(data: &BranchDiagram, paper: &Paper) -> Result<String> {
         let y = fitted
             .filter(|_| !values.is_empty())
             .ok_or_else(|| nothing(i))?;
-        let block = Block::plane(x.clone(), y, Height::Pixels(height), Vec::new());
+        let block = PageBlock::plane(x.clone(), y, Height::Pixels(height), Vec::new());
         blocks.push(block.over(|canvas, frame| paint(canvas, frame, panel)));
     }
     let page = Page::new("Branches of equilibria", &data.title, legends(data));

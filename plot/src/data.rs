@@ -161,7 +161,7 @@ impl Curve {
 
 /// Line style of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Trace {
+pub enum LineStyle {
     /// A line.
     #[default]
     Line,
@@ -185,7 +185,7 @@ pub struct Series {
     /// Ordinates, as many.
     pub y: Vec<f64>,
     /// Line style.
-    pub trace: Trace,
+    pub trace: LineStyle,
     /// Index of the palette's colour (and mark); by default the index in the list.
     pub colour: Option<usize>,
 }
@@ -196,11 +196,11 @@ impl Series {
         let look = self.colour.unwrap_or(i);
         let pen = Pen::new(category(look), width);
         let key = match self.trace {
-            Trace::Line => Key::Line(pen),
-            Trace::Dashed => Key::Line(pen.dashed(6.0, 4.0)),
-            Trace::Dots => Key::Mark(Mark::Dot, pen.colour),
-            Trace::LineMarks => Key::LineMark(pen, mark(look)),
-            Trace::DashedMarks => Key::LineMark(pen.dashed(6.0, 4.0), mark(look)),
+            LineStyle::Line => Key::Line(pen),
+            LineStyle::Dashed => Key::Line(pen.dashed(6.0, 4.0)),
+            LineStyle::Dots => Key::Mark(Mark::Dot, pen.colour),
+            LineStyle::LineMarks => Key::LineMark(pen, mark(look)),
+            LineStyle::DashedMarks => Key::LineMark(pen.dashed(6.0, 4.0), mark(look)),
         };
         PlottedCurve::new(key, &self.name, &self.x, &self.y)
     }

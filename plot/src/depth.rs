@@ -9,7 +9,7 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 /// Properties of a face that determine the order.
-pub(crate) trait Layer {
+pub(crate) trait DepthOrdered {
     /// Corners on the canvas.
     fn outline(&self) -> &[Pixel];
     /// Mean depth, growing towards the eye.
@@ -25,7 +25,7 @@ const LEAST_OVERLAP: f64 = 0.02;
 
 /// Indices of the faces from back to front. Of two sheets closer than `tie`, the one with the lower number is
 /// in front: the true order is lost in the flatness of the faces.
-pub(crate) fn order<F: Layer>(faces: &[F], tie: f64) -> Vec<usize> {
+pub(crate) fn order<F: DepthOrdered>(faces: &[F], tie: f64) -> Vec<usize> {
     let n = faces.len();
     let mut in_front_of: Vec<Vec<u32>> = vec![Vec::new(); n];
     let mut waiting = vec![0u32; n];
@@ -66,8 +66,8 @@ pub(crate) fn order<F: Layer>(faces: &[F], tie: f64) -> Vec<usize> {
 }
 
 /// Pairs of faces whose bounding boxes overlap, by a sweep from left to right.
-fn overlapping<F: Layer>(faces: &[F]) -> Vec<(usize, usize)> {
-    let outlines = faces.iter().map(Layer::outline);
+fn overlapping<F: DepthOrdered>(faces: &[F]) -> Vec<(usize, usize)> {
+    let outlines = faces.iter().map(DepthOrdered::outline);
     let boxes: Vec<[f64; 4]> = outlines.map(|o| hull(o.iter().copied())).collect();
     let mut queue: Vec<usize> = (0..faces.len()).collect();
     queue.sort_by(|&a, &b| boxes[a][0].total_cmp(&boxes[b][0]));
@@ -86,7 +86,7 @@ fn overlapping<F: Layer>(faces: &[F]) -> Vec<(usize, usize)> {
 }
 
 /// True if a is behind b at their overlap; `None` without an overlap or a certain answer.
-fn compare<F: Layer>(a: &F, b: &F, tie: f64) -> Option<bool> {
+fn compare<F: DepthOrdered>(a: &F, b: &F, tie: f64) -> Option<bool> {
     let pixel = middle_of_overlap(a.outline(), b.outline())?;
     let (da, db) = (a.depth_at(pixel)?, b.depth_at(pixel)?);
     if (da - db).abs() < tie {
@@ -122,7 +122,7 @@ mod tests {
     /// A rectangle whose depth rises with x.
     struct Ramp(Vec<Pixel>, [f64; 2], usize);
 
-    impl Layer for Ramp {
+    impl DepthOrdered for Ramp {
         fn outline(&self) -> &[Pixel] {
             &self.0
         }

@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen};
 use super::data::AxisUnits;
 use super::history::{History, thinned};
 use super::legend::{Entry, Key, PlottedCurve, named};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
 use super::paper::Paper;
 use super::text;
@@ -96,10 +96,11 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
     }
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
     let snaps = |canvas: &mut Canvas, panel: &Panel| snap_lines(canvas, panel, &data.snaps);
-    let upper = Block::plane(x.clone(), y, Height::Pixels(250.0), curves).under(|canvas, panel| {
-        histories.iter().for_each(|one| one.band(canvas, panel));
-        snaps(canvas, panel);
-    });
+    let upper =
+        PageBlock::plane(x.clone(), y, Height::Pixels(250.0), curves).under(|canvas, panel| {
+            histories.iter().for_each(|one| one.band(canvas, panel));
+            snaps(canvas, panel);
+        });
     let rounding = ROUNDING * largest;
     // A NaN is no rounding.
     if data.error.iter().all(|e| e.abs() <= rounding) {
@@ -115,7 +116,7 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
     let sizes = data.error.iter().map(|e| e.abs().max(error_axis.lo));
     let (time, sizes) = thinned(&data.time, &sizes.collect::<Vec<_>>());
     let error = PlottedCurve::line_of(Pen::new(category(0), 1.0), &time, &sizes);
-    let lower = Block::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
+    let lower = PageBlock::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
     let page = Page::new("Energies of a motion", "", vec![entries]);
     page.column(Width::Whole(WIDTH), vec![upper, lower])
         .draw(paper)

@@ -2,7 +2,7 @@
 
 use super::canvas::{Canvas, Pen};
 use super::data::Patch;
-use super::depth::{Layer, order};
+use super::depth::{DepthOrdered, order};
 use super::geometry::{
     Pixel, Point, area, between, contains, cross, cut, cut_segment, dot, heading, length, minus,
     norm, thin,
@@ -36,7 +36,7 @@ pub(crate) struct Faces {
 
 /// A quadrilateral cut at the box.
 struct Face {
-    edges: Vec<Edge>,
+    edges: Vec<FaceEdge>,
     colour: Colour,
     sheet: usize,
     depth: f64,
@@ -50,7 +50,7 @@ struct Face {
 }
 
 /// A drawn side of a face.
-struct Edge {
+struct FaceEdge {
     /// Patch, row, column, direction: equal for both faces at the edge.
     name: [usize; 4],
     ends: [Pixel; 2],
@@ -58,14 +58,14 @@ struct Edge {
 }
 
 /// A stretch of a curve that is visible, or hidden, as a whole.
-struct Run {
+struct VisibleRun {
     seen: bool,
     /// True if the stretch begins at the end of the one before.
     joined: bool,
     line: Vec<Pixel>,
 }
 
-impl Layer for Face {
+impl DepthOrdered for Face {
     fn outline(&self) -> &[Pixel] {
         &self.shown
     }
@@ -142,7 +142,7 @@ impl Faces {
                     };
                     let ends = [corners[side], corners[(side + 1) % 4]];
                     if let Some(ends) = cut_segment(ends[0], ends[1], self.bounds()) {
-                        edges.push(Edge {
+                        edges.push(FaceEdge {
                             name: [self.patches, row, column, way],
                             ends: ends.map(|p| self.project(p)),
                             pen,
@@ -154,7 +154,7 @@ impl Faces {
         }
     }
 
-    fn push(&mut self, corners: Vec<Point>, edges: Vec<Edge>, colour: Colour) {
+    fn push(&mut self, corners: Vec<Point>, edges: Vec<FaceEdge>, colour: Colour) {
         if corners.len() < 3 {
             return;
         }
@@ -259,7 +259,7 @@ impl Faces {
     /// Draws a curve with the pen `seen` on visible parts, `hidden` on the others.
     pub(crate) fn curve(&self, canvas: &mut Canvas, points: &[Point], seen: Pen, hidden: Pen) {
         // Short parts, each hidden as a whole or not at all.
-        let mut runs: Vec<Run> = Vec::new();
+        let mut runs: Vec<VisibleRun> = Vec::new();
         let mut end = None;
         for pair in points.windows(2) {
             let [a, b] = [pair[0], pair[1]].map(|p| self.stage.boxed(p));
@@ -277,7 +277,7 @@ impl Faces {
                 end = Some(to);
                 match runs.last_mut() {
                     Some(run) if joined && run.seen == visible => run.line.push(to),
-                    _ => runs.push(Run {
+                    _ => runs.push(VisibleRun {
                         seen: visible,
                         joined,
                         line: vec![from, to],

@@ -4,7 +4,7 @@ use super::axes::Axis;
 use super::canvas::Pen;
 use super::data::{as_many, with_unit};
 use super::legend::{Key, Mark, PlottedCurve, mark, named};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{GREY, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -78,11 +78,16 @@ pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {
         if legend.is_empty() {
             legend = named(&curves);
         }
-        blocks.push(Block::plane(x.clone(), y, Height::Pixels(190.0), curves));
+        blocks.push(PageBlock::plane(
+            x.clone(),
+            y,
+            Height::Pixels(190.0),
+            curves,
+        ));
         if let Some(y) = below {
             let ends = [x.lo, x.hi];
             let zero = Pen::new(GREY, 1.0);
-            let left = Block::plane(x.clone(), y, Height::Pixels(90.0), vec![dots("", &left)]);
+            let left = PageBlock::plane(x.clone(), y, Height::Pixels(90.0), vec![dots("", &left)]);
             blocks
                 .push(left.under(move |canvas, panel| panel.line(canvas, &ends, &[0.0; 2], zero)));
         }

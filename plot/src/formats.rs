@@ -64,14 +64,14 @@ pub fn pdf(svg: &str) -> Result<Vec<u8>> {
 #[cfg(all(test, feature = "png", feature = "pdf"))]
 mod tests {
     use super::*;
-    use crate::{Lines, Paper, Series, Trace, lines};
+    use crate::{LineStyle, Lines, Paper, Series, lines};
 
     fn figure(paper: &Paper, [x, y, name]: [&str; 3]) -> String {
         let series = Series {
             name: name.into(),
             x: vec![0.0, 1.0, 2.0],
             y: vec![1.0, 3.0, 2.0],
-            trace: Trace::Line,
+            trace: LineStyle::Line,
             colour: None,
         };
         let data = Lines {

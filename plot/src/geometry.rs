@@ -72,7 +72,7 @@ pub(crate) fn hull(pixels: impl IntoIterator<Item = Pixel>) -> [f64; 4] {
 }
 
 /// True if the areas [left, top, right, bottom] come nearer than these distances across and down.
-pub(crate) fn meet(a: &[f64; 4], b: &[f64; 4], (across, down): (f64, f64)) -> bool {
+pub(crate) fn meet(a: &[f64; 4], b: &[f64; 4], across: f64, down: f64) -> bool {
     a[0] < b[2] + across && b[0] < a[2] + across && a[1] < b[3] + down && b[1] < a[3] + down
 }
 

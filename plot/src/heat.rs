@@ -6,7 +6,7 @@ use super::cells::Cells;
 use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
 use super::energies::snap_name;
 use super::legend::{ColourBar, Entry, Key};
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -62,7 +62,7 @@ const RAY: Pen = Pen::new(INK, 0.5).alpha(0.55);
 const FRONT: Pen = Pen::new(INK, 2.2);
 
 /// One panel: levels between 0 and 1, and their scale.
-struct Layer {
+struct HeatPanel {
     levels: Vec<f64>,
     scale: Axis,
     colour: fn(f64) -> Colour,
@@ -130,7 +130,7 @@ pub fn strain_map(data: &StrainMap, paper: &Paper) -> Result<String> {
         let colour = |b: usize| (layer.colour)(b as f64 / (cells.bands - 1) as f64);
         let colours: Vec<Colour> = (0..cells.bands).map(colour).collect();
         let bar = ColourBar::new(layer.scale, colours.clone(), layer.open);
-        let mut block = Block::plane(x.clone(), y.clone(), Height::Pixels(220.0), Vec::new())
+        let mut block = PageBlock::plane(x.clone(), y.clone(), Height::Pixels(220.0), Vec::new())
             .without_grid()
             .under(move |canvas, panel| {
                 if cells.gaps {
@@ -151,7 +151,7 @@ pub fn strain_map(data: &StrainMap, paper: &Paper) -> Result<String> {
         block.bar = Some(bar);
         block
     });
-    let blocks: Vec<Block> = blocks.collect();
+    let blocks: Vec<PageBlock> = blocks.collect();
     if gaps {
         entries.push(Entry::new(Key::Fill(GAP), "no value"));
     }
@@ -171,7 +171,7 @@ fn values(data: &StrainMap, field: &str, list: &[Vec<f64>], shown: &[usize]) -> 
     Ok(columns.map(finite).collect())
 }
 
-fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
+fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<HeatPanel> {
     let values = values(data, "strain", &data.strain, shown)?;
     if values.iter().all(|v| v.is_nan()) {
         return Err(Error::domain(format!("{FIGURE}: no strain to show")));
@@ -192,7 +192,7 @@ fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
         "" => data.units.curvature(),
         label => label.to_owned(),
     };
-    Ok(Layer {
+    Ok(HeatPanel {
         open: [
             values.iter().any(|v| *v < -range),
             values.iter().any(|v| *v > range),
@@ -203,7 +203,7 @@ fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
     })
 }
 
-fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
+fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<HeatPanel> {
     let values = values(data, "dissipation", &data.dissipation, shown)?;
     let decades = data.decades.unwrap_or(8.0);
     if !(1.0..=40.0).contains(&decades) {
@@ -222,7 +222,7 @@ fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
     let scale = Axis::log(floor, largest, &label, 8);
     // Not `max`, which would turn NaN into the floor.
     let level = |v: &f64| if *v <= floor { 0.0 } else { scale.place(*v) };
-    Ok(Layer {
+    Ok(HeatPanel {
         levels: values.iter().map(level).collect(),
         open: [values.iter().any(|v| *v < floor), false],
         scale,

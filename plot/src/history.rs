@@ -41,7 +41,7 @@ impl History {
             };
         }
         let steps = columns(time, values, (turns / IN_STEP).min(STEPS).floor());
-        let middle = |of: &Column| 0.5 * (of.points[0].0 + of.points[of.points.len() - 1].0);
+        let middle = |of: &CurvePiece| 0.5 * (of.points[0].0 + of.points[of.points.len() - 1].0);
         let mut at: Vec<f64> = steps.iter().map(middle).collect();
         // The band spans the whole time.
         if let ([first, .., last], Some((start, end))) = (at.as_mut_slice(), extent(time)) {
@@ -90,12 +90,12 @@ fn turns(values: &[f64]) -> f64 {
 }
 
 /// The part of a curve in a short piece of the panel.
-struct Column {
+struct CurvePiece {
     points: Vec<(f64, f64)>,
     range: (f64, f64),
 }
 
-impl Column {
+impl CurvePiece {
     /// The mean over time.
     fn mean(&self) -> f64 {
         let span = self.points[self.points.len() - 1].0 - self.points[0].0;
@@ -112,7 +112,7 @@ impl Column {
 }
 
 /// A curve cut into `count` equal pieces of time; pieces without a point are left out.
-fn columns(time: &[f64], values: &[f64], count: f64) -> Vec<Column> {
+fn columns(time: &[f64], values: &[f64], count: f64) -> Vec<CurvePiece> {
     let (start, end) = extent(time).unwrap_or_default();
     let column = |t: f64| {
         ((t - start) / (end - start) * count)
@@ -126,7 +126,7 @@ fn columns(time: &[f64], values: &[f64], count: f64) -> Vec<Column> {
     let pieces = points.chunk_by(|a, b| column(a.0) == column(b.0));
     let piece = |points: &[(f64, f64)]| {
         let values: Vec<f64> = points.iter().map(|(_, value)| *value).collect();
-        Some(Column {
+        Some(CurvePiece {
             points: points.to_vec(),
             range: extent(&values)?,
         })
@@ -155,7 +155,7 @@ pub(crate) fn thinned(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
         return (join(before.0, after.0), join(before.1, after.1));
     }
     let mut kept = Vec::new();
-    for Column { points, .. } in columns(time, values, COLUMNS) {
+    for CurvePiece { points, .. } in columns(time, values, COLUMNS) {
         let by = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
         let mut few: Vec<&(f64, f64)> = [points.first(), points.last()]
             .into_iter()

@@ -4,7 +4,7 @@ use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, as_many};
 use super::legend::{Entry, Key, PlottedCurve};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{GREY, INK, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -103,7 +103,7 @@ pub fn kernel(data: &KernelFigure, paper: &Paper) -> Result<String> {
             .ok_or_else(|| Error::domain(format!("{FIGURE}: {label}: no value to show")))?;
         let drawn = |c: &KernelCurve| PlottedCurve::line_of(look(c), &data.time, &c.values);
         let drawn = curves.iter().map(drawn).collect();
-        let block = Block::plane(x.clone(), y, Height::Pixels(height), drawn);
+        let block = PageBlock::plane(x.clone(), y, Height::Pixels(height), drawn);
         blocks.push(block.under(move |canvas, panel| {
             if panel.y.lo < 0.0 && panel.y.hi > 0.0 && !data.log {
                 panel.level(canvas, 0.0, Pen::new(GREY, 0.9));

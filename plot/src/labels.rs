@@ -60,7 +60,7 @@ pub(crate) fn write<'w>(
                 || area[3] > edges[3] - 2.0;
             ink.iter().filter(|p| holds(&area, p, 0.0)).count() as f64
                 + 8.0 * marks.iter().filter(|p| holds(&area, p, 4.5)).count() as f64
-                + 30.0 * taken.iter().filter(|o| meet(&area, o, (0.0, 0.0))).count() as f64
+                + 30.0 * taken.iter().filter(|o| meet(&area, o, 0.0, 0.0)).count() as f64
                 + if outside { 100.0 } else { 0.0 }
         };
         let ways = WAYS.iter().enumerate();

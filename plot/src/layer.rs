@@ -4,8 +4,8 @@ use super::axes::{Axis, extent};
 use super::canvas::Pen;
 use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
 use super::legend::{Entry, Key, Mark, PlottedCurve, Tones, draw_mark, named};
-use super::motion::{Shape, seen, wall};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::motion::{DrawnShape, seen, wall};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
 use super::paper::Paper;
 use super::text;
@@ -36,7 +36,7 @@ pub struct LayerFigure {
     /// The shape on which the rod lands.
     pub landing: Curve,
     /// Shapes between; their times are stretched times T. Six to twelve are distinct.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<DrawnShape>,
     /// Runs whose energies are drawn; if they fall on one curve, T is the layer's time. Empty to leave out
     /// the lower panel.
     pub runs: Vec<LayerRun>,
@@ -101,7 +101,7 @@ pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
     entries.push(Entry::new(mark, "end, held by the body"));
     let (x, y) = equal_axes(&all, &data.units).ok_or_else(none)?;
     let mut upper =
-        Block::plane(x, y, Height::Equal(200.0, 400.0), curves).over(|canvas, panel| {
+        PageBlock::plane(x, y, Height::Equal(200.0, 400.0), curves).over(|canvas, panel| {
             let clamped = all.iter().map(|c| c.points().take(2).collect::<Vec<_>>());
             if let Some([from, to]) = clamped.into_iter().find(|p| p.len() > 1).as_deref() {
                 wall(canvas, panel.at(from.0, from.1), panel.at(to.0, to.1), 15.0);
@@ -124,7 +124,7 @@ pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
                 &run.dissipated,
             ));
         }
-        let mut block = Block::plane(x, y, Height::Pixels(210.0), curves);
+        let mut block = PageBlock::plane(x, y, Height::Pixels(210.0), curves);
         block.legend = lower_entries(data);
         block.under(|canvas, panel| {
             for shape in &shapes {

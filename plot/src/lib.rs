@@ -63,6 +63,7 @@ mod outcome;
 mod page;
 mod painter;
 mod palette;
+mod panels;
 mod paper;
 mod portrait;
 mod rods;
@@ -79,7 +80,7 @@ mod way;
 
 pub use axes::Scale;
 pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
-pub use data::{AxisUnits, Bounds, Curve, Field, Patch, Series, Trace, View};
+pub use data::{AxisUnits, Bounds, Curve, Field, LineStyle, Patch, Series, View};
 pub use energies::{Energies, energies};
 pub use fit::{FitFigure, FittedCurve, fit};
 #[cfg(feature = "pdf")]
@@ -95,8 +96,9 @@ pub use losses::{
 };
 pub use maps::{EnergyLandscape, FoldMap, energy_landscape, fold_map};
 pub use modes::{ModeShape, ModeShapes, mode_shapes};
-pub use motion::{Shape, Snapshots, snapshots};
+pub use motion::{DrawnShape, Snapshots, snapshots};
 pub use outcome::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
+pub use panels::{RodPanel, RodPanels, rod_panels};
 pub use paper::Paper;
 pub use portrait::{Arc, NamedPoint, Portrait, phase_portrait};
 pub use rods::{RodShapes, rod_shapes};

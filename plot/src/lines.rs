@@ -4,7 +4,7 @@ use super::axes::Axis;
 use super::data::{Series, as_many};
 use super::geometry::Pixel;
 use super::legend::{Entry, PlottedCurve, named};
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::paper::Paper;
 use super::slopes::{self, Slope};
 use snaprod_core::error::{Error, Result};
@@ -48,7 +48,7 @@ pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
     };
     let curves = data.curves();
     let page = Page::new("Curves", &data.title, vec![named(&curves)]);
-    let block = Block::plane(x, y, height, curves).under(|canvas, panel| {
+    let block = PageBlock::plane(x, y, height, curves).under(|canvas, panel| {
         let curves = data.series.iter().map(|s| panel.pixels(&s.x, &s.y));
         slopes::draw(
             canvas,
@@ -79,7 +79,7 @@ pub fn small_multiples(title: &str, panels: &[Lines], paper: &Paper) -> Result<S
         let panels = panels.iter().skip(column).step_by(ACROSS);
         let blocks = panels.map(|panel| {
             let curves = panel.curves();
-            let mut block = Block::plane(x.clone(), y.clone(), Height::Pixels(170.0), curves);
+            let mut block = PageBlock::plane(x.clone(), y.clone(), Height::Pixels(170.0), curves);
             block.title = &panel.title;
             block
         });

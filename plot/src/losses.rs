@@ -6,7 +6,7 @@ use super::data::{AxisUnits, Series, as_many, rising};
 use super::geometry::Pixel;
 use super::labels;
 use super::legend::{Entry, Key, PlottedCurve, mark, named};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{Colour, GREY, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -86,10 +86,10 @@ pub fn dissipated_against_released(data: &SnapLosses, paper: &Paper) -> Result<S
     entries.push(Entry::new(Key::Line(diagonal), "dissipated = released"));
     let x = Axis::linear(y.lo, y.hi, &released, 6);
     let ends = [y.lo, y.hi];
-    let upper = Block::plane(x.clone(), y, Height::Pixels(SIDE), upper)
+    let upper = PageBlock::plane(x.clone(), y, Height::Pixels(SIDE), upper)
         .under(move |canvas, panel| panel.line(canvas, &ends, &ends, diagonal))
         .over(|canvas, panel| labels(canvas, panel, data));
-    let lower = below.map(|y| Block::plane(x, y, Height::Pixels(120.0), marks(difference)));
+    let lower = below.map(|y| PageBlock::plane(x, y, Height::Pixels(120.0), marks(difference)));
     let blocks = [upper].into_iter().chain(lower).collect();
     let page = Page::new("Energy dissipated and released", &data.title, vec![entries]);
     page.column(Width::Panels(SIDE), blocks).draw(paper)
@@ -201,6 +201,6 @@ pub fn losses_over_time(data: &LossesOverTime, paper: &Paper) -> Result<String> 
     let curves: Vec<PlottedCurve> = stairs.into_iter().chain(runs).collect();
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
     let page = Page::new("Energy lost over time", &data.title, vec![named(&curves)]);
-    let block = Block::plane(x, y, Height::Pixels(320.0), curves);
+    let block = PageBlock::plane(x, y, Height::Pixels(320.0), curves);
     page.column(Width::Whole(WIDTH), vec![block]).draw(paper)
 }

@@ -7,7 +7,7 @@ use super::data::{AxisUnits, Curve, Field};
 use super::geometry::{Pixel, thin};
 use super::legend::{ColourBar, Entry, Key, Mark, PlottedCurve, named};
 use super::motion::{circle, disc_axes, wall};
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::palette::{Colour, GREY, INK, WHITE, category, sequential};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -76,7 +76,7 @@ pub fn fold_map(data: &FoldMap, paper: &Paper) -> Result<String> {
         entries.push(Entry::new(Key::Mark(Mark::Diamond, INK), "cusp"));
     }
     let (x, y) = disc_axes(&data.units);
-    let block = Block::plane(x, y, Height::Equal(0.0, 1e3), curves)
+    let block = PageBlock::plane(x, y, Height::Equal(0.0, 1e3), curves)
         .without_grid()
         .under(|canvas, panel| {
             for level in (0..=(most - least) as usize).map(|i| least + i as f64) {
@@ -212,7 +212,7 @@ pub fn energy_landscape(data: &EnergyLandscape, paper: &Paper) -> Result<String>
         extend(field, &mut values, radius, 7);
         let (x, y) = disc_axes(&data.units);
         let filled = colours.clone();
-        let mut block = Block::plane(x, y, Height::Equal(0.0, 1e3), curves.clone())
+        let mut block = PageBlock::plane(x, y, Height::Equal(0.0, 1e3), curves.clone())
             .without_grid()
             .under(move |canvas, panel| {
                 for (k, &colour) in filled.iter().enumerate() {

@@ -6,7 +6,7 @@ use super::data::AxisUnits;
 use super::geometry::{along, drawable};
 use super::legend::{Entry, Key, Mark, PlottedCurve};
 use super::motion::wall;
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::painter::Painter;
 use super::palette::{Colour, category};
 use super::paper::Paper;
@@ -93,14 +93,14 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
         4 => 2,
         _ => 3,
     };
-    let mut blocks: Vec<Vec<Block>> = (0..columns).map(|_| Vec::new()).collect();
+    let mut blocks: Vec<Vec<PageBlock>> = (0..columns).map(|_| Vec::new()).collect();
     for (i, ((mode, rods), scenery)) in data.modes.iter().zip(&drawn).zip(&sceneries).enumerate() {
         let mut block = if data.planar {
             plane(rods, &data.units).ok_or_else(none)?
         } else {
             let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
             let needed = stage([0.0, 0.0, PANEL, PANEL]).height();
-            Block::space(needed.clamp(140.0, PANEL), stage, |canvas, stage| {
+            PageBlock::space(needed.clamp(140.0, PANEL), stage, |canvas, stage| {
                 let mut painter = Painter::new(stage, !scenery.plane);
                 rods.iter()
                     .for_each(|rod| painter.rod(rod, colour(rod), scenery));
@@ -194,7 +194,7 @@ fn both_ways(data: &ModeShapes, mode: &ModeShape, amplitude: f64) -> Vec<SpaceRo
         .collect()
 }
 
-fn plane<'a>(rods: &'a [SpaceRod], units: &AxisUnits) -> Option<Block<'a>> {
+fn plane<'a>(rods: &'a [SpaceRod], units: &AxisUnits) -> Option<PageBlock<'a>> {
     let of = |rod: &SpaceRod, k: usize| rod.points.iter().map(|p| p[k]).collect::<Vec<f64>>();
     let axis = |k: usize, name: &str| {
         let values: Vec<f64> = rods.iter().flat_map(|rod| of(rod, k)).collect();
@@ -205,7 +205,7 @@ fn plane<'a>(rods: &'a [SpaceRod], units: &AxisUnits) -> Option<Block<'a>> {
         PlottedCurve::line_of(pen, &of(rod, 0), &of(rod, 1))
     });
     let (x, y) = (axis(0, "x")?, axis(1, "y")?);
-    let block = Block::plane(x, y, Height::Equal(140.0, 420.0), curves.collect());
+    let block = PageBlock::plane(x, y, Height::Equal(140.0, 420.0), curves.collect());
     Some(block.over(move |canvas, panel| {
         for rod in rods {
             let at = |i: usize| panel.at(rod.points[i][0], rod.points[i][1]);

@@ -6,14 +6,14 @@ use super::data::{AxisUnits, Curve};
 use super::energies::snap_name;
 use super::geometry::{Pixel, finite, heading};
 use super::legend::{Entry, Key, Mark, PlottedCurve, Tones, named};
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::palette::{ALARM, Colour, GREY, INK};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// The rod at one time.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Shape {
+pub struct DrawnShape {
     /// Time of the shape.
     pub time: f64,
     /// Centreline from the clamp to the mass; about 100 points.
@@ -21,8 +21,8 @@ pub struct Shape {
 }
 
 /// The shapes that can be drawn.
-pub(crate) fn seen(shapes: &[Shape]) -> Vec<&Shape> {
-    let seen = |s: &&Shape| s.time.is_finite() && s.axis.has_points();
+pub(crate) fn seen(shapes: &[DrawnShape]) -> Vec<&DrawnShape> {
+    let seen = |s: &&DrawnShape| s.time.is_finite() && s.axis.has_points();
     shapes.iter().filter(seen).collect()
 }
 
@@ -30,7 +30,7 @@ pub(crate) fn seen(shapes: &[Shape]) -> Vec<&Shape> {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Snapshots {
     /// The rod at some times; six to twelve are distinct. Give the two shapes of a snap as two of them.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<DrawnShape>,
     /// The path of the mass.
     pub path: Curve,
     /// Fold curves of the region of the motion.
@@ -120,7 +120,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
         |canvas: &mut Canvas, panel: &Panel| disc_ground(canvas, panel, data.units.radius());
     let close = close_axes(&data.path, &data.units);
     let (x, y) = disc_axes(&data.units);
-    let mut block = Block::plane(x, y, Height::Equal(0.0, 1e3), curves)
+    let mut block = PageBlock::plane(x, y, Height::Equal(0.0, 1e3), curves)
         .without_grid()
         .under(ground)
         .over(|canvas, panel| {
@@ -149,7 +149,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     let rim = circle(data.units.radius());
     let rim = PlottedCurve::line_of(Pen::new(GREY, 0.9), &rim.x, &rim.y);
     let still = lines.into_iter().chain([rim]).collect();
-    let mut near = Block::plane(x, y, Height::Equal(0.0, 1e3), still).over(marks);
+    let mut near = PageBlock::plane(x, y, Height::Equal(0.0, 1e3), still).over(marks);
     near.title = "the path, closer";
     near.bar = bar;
     page = page.column(Width::Panels(430.0), vec![block]);

@@ -5,7 +5,7 @@ use super::cells::Cells;
 use super::data::as_many;
 use super::heat::{GAP, edges};
 use super::legend::{ColourBar, Entry, Key};
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::palette::{Colour, category, sequential};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -158,7 +158,7 @@ pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
     if cells.gaps {
         entries.push(Entry::new(Key::Fill(GAP), "no value"));
     }
-    let mut block = Block::plane(x, y, Height::Pixels(470.0), Vec::new())
+    let mut block = PageBlock::plane(x, y, Height::Pixels(470.0), Vec::new())
         .without_grid()
         .under(move |canvas, panel| {
             if cells.gaps {

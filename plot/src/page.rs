@@ -27,7 +27,7 @@ const NARROW: f64 = 230.0;
 const LOW: f64 = 0.75;
 
 type Paint<'a, T> = Box<dyn Fn(&mut Canvas, &T) + 'a>;
-type Place<'a> = Box<dyn Fn([f64; 4]) -> Stage + 'a>;
+type PanelDrawing<'a> = Box<dyn Fn([f64; 4]) -> Stage + 'a>;
 
 /// The height of a panel.
 #[derive(Debug, Clone, Copy)]
@@ -47,28 +47,28 @@ struct Plane<'a> {
     over: Paint<'a, Panel>,
 }
 
-enum Body<'a> {
+enum BlockContent<'a> {
     Plane(Box<Plane<'a>>),
     Space {
         height: f64,
-        place: Place<'a>,
+        place: PanelDrawing<'a>,
         paint: Paint<'a, Stage>,
     },
 }
 
 /// A panel or a box of space.
-pub(crate) struct Block<'a> {
+pub(crate) struct PageBlock<'a> {
     pub title: &'a str,
     /// Legend of the block; common entries stand in that of the page.
     pub legend: Vec<Vec<Entry>>,
     pub bar: Option<ColourBar>,
-    body: Body<'a>,
+    body: BlockContent<'a>,
 }
 
-impl<'a> Block<'a> {
+impl<'a> PageBlock<'a> {
     /// A panel with curves.
     pub(crate) fn plane(x: Axis, y: Axis, height: Height, curves: Vec<PlottedCurve>) -> Self {
-        Self::new(Body::Plane(Box::new(Plane {
+        Self::new(BlockContent::Plane(Box::new(Plane {
             x,
             y,
             height,
@@ -86,14 +86,14 @@ impl<'a> Block<'a> {
         paint: impl Fn(&mut Canvas, &Stage) + 'a,
     ) -> Self {
         let (place, paint) = (Box::new(place), Box::new(paint));
-        Self::new(Body::Space {
+        Self::new(BlockContent::Space {
             height,
             place,
             paint,
         })
     }
 
-    fn new(body: Body<'a>) -> Self {
+    fn new(body: BlockContent<'a>) -> Self {
         Self {
             title: "",
             legend: Vec::new(),
@@ -104,7 +104,7 @@ impl<'a> Block<'a> {
 
     /// Sets the painting under the curves of a panel.
     pub(crate) fn under(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
-        if let Body::Plane(plane) = &mut self.body {
+        if let BlockContent::Plane(plane) = &mut self.body {
             plane.under = Box::new(paint);
         }
         self
@@ -112,7 +112,7 @@ impl<'a> Block<'a> {
 
     /// Sets the painting over the curves of a panel.
     pub(crate) fn over(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
-        if let Body::Plane(plane) = &mut self.body {
+        if let BlockContent::Plane(plane) = &mut self.body {
             plane.over = Box::new(paint);
         }
         self
@@ -120,7 +120,7 @@ impl<'a> Block<'a> {
 
     /// Leaves the grid out, for filled panels.
     pub(crate) fn without_grid(mut self) -> Self {
-        if let Body::Plane(plane) = &mut self.body {
+        if let BlockContent::Plane(plane) = &mut self.body {
             plane.grid = false;
         }
         self
@@ -129,23 +129,23 @@ impl<'a> Block<'a> {
     /// Room left of the block.
     fn room(&self) -> f64 {
         match &self.body {
-            Body::Plane(plane) => room_left(&plane.y),
-            Body::Space { .. } => INSET,
+            BlockContent::Plane(plane) => room_left(&plane.y),
+            BlockContent::Space { .. } => INSET,
         }
     }
 
     /// Distance from the lower edge to the next block, or the end of the figure.
     fn gap(&self, shared: bool) -> f64 {
         match &self.body {
-            Body::Plane(_) if shared => GAP,
-            Body::Plane(_) => ROOM_BELOW,
-            Body::Space { .. } => 0.0,
+            BlockContent::Plane(_) if shared => GAP,
+            BlockContent::Plane(_) => ROOM_BELOW,
+            BlockContent::Space { .. } => 0.0,
         }
     }
 
     /// Widens the axes of a panel of this width to keep the height within the bounds.
     fn even(&mut self, width: f64) {
-        if let Body::Plane(plane) = &mut self.body
+        if let BlockContent::Plane(plane) = &mut self.body
             && let Plane {
                 x,
                 y,
@@ -165,7 +165,7 @@ impl<'a> Block<'a> {
     /// Adapts a panel whose width changes by the factor `times`: height in proportion, number of marks to the room.
     fn stretch(&mut self, times: f64) {
         match &mut self.body {
-            Body::Plane(plane) => {
+            BlockContent::Plane(plane) => {
                 plane.x.stretch(times);
                 match &mut plane.height {
                     Height::Pixels(height) => *height *= times.max(LOW),
@@ -175,14 +175,14 @@ impl<'a> Block<'a> {
                     }
                 }
             }
-            Body::Space { height, .. } => *height *= times,
+            BlockContent::Space { height, .. } => *height *= times,
         }
     }
 
     fn height(&self, width: f64) -> f64 {
         match &self.body {
-            Body::Space { height, .. } => *height,
-            Body::Plane(plane) => match plane.height {
+            BlockContent::Space { height, .. } => *height,
+            BlockContent::Plane(plane) => match plane.height {
                 Height::Pixels(height) => height,
                 Height::Equal(..) => width * (plane.y.hi - plane.y.lo) / (plane.x.hi - plane.x.lo),
             },
@@ -192,7 +192,7 @@ impl<'a> Block<'a> {
     /// True if the block below has the same horizontal axis.
     fn shares(&self, below: Option<&Self>) -> bool {
         match (&self.body, below.map(|b| &b.body)) {
-            (Body::Plane(plane), Some(Body::Plane(other))) => {
+            (BlockContent::Plane(plane), Some(BlockContent::Plane(other))) => {
                 let (x, other) = (&plane.x, &other.x);
                 (x.lo, x.hi, &x.label) == (other.lo, other.hi, &other.label)
             }
@@ -217,12 +217,12 @@ pub(crate) struct Page<'a> {
     title: &'a str,
     /// Each group of entries begins a row.
     legend: Vec<Vec<Entry>>,
-    columns: Vec<(Width, Vec<Block<'a>>)>,
+    columns: Vec<(Width, Vec<PageBlock<'a>>)>,
 }
 
 /// A block as laid out: [left, top, width, height] of its panel or box.
 struct PlacedBlock<'p> {
-    block: &'p Block<'p>,
+    block: &'p PageBlock<'p>,
     legend: Legend,
     place: [f64; 4],
     shared: bool,
@@ -240,7 +240,7 @@ impl<'a> Page<'a> {
     }
 
     /// Adds a column at the right.
-    pub(crate) fn column(mut self, width: Width, blocks: Vec<Block<'a>>) -> Self {
+    pub(crate) fn column(mut self, width: Width, blocks: Vec<PageBlock<'a>>) -> Self {
         self.columns.push((width, blocks));
         self
     }
@@ -249,13 +249,15 @@ impl<'a> Page<'a> {
     fn words(&self) -> [String; 2] {
         let blocks = || self.columns.iter().flat_map(|(_, blocks)| blocks);
         let axes = blocks().filter_map(|block| match &block.body {
-            Body::Plane(plane) => Some(match (plane.y.label.as_str(), plane.x.label.as_str()) {
-                (y, "") => y.to_owned(),
-                (y, x) => format!("{y} over {x}"),
-            }),
-            Body::Space { .. } => None,
+            BlockContent::Plane(plane) => {
+                Some(match (plane.y.label.as_str(), plane.x.label.as_str()) {
+                    (y, "") => y.to_owned(),
+                    (y, x) => format!("{y} over {x}"),
+                })
+            }
+            BlockContent::Space { .. } => None,
         });
-        let spaces = blocks().filter(|block| matches!(block.body, Body::Space { .. }));
+        let spaces = blocks().filter(|block| matches!(block.body, BlockContent::Space { .. }));
         let titles = blocks().map(|block| block.title.to_owned());
         let panels: Vec<String> = titles
             .chain(axes)
@@ -327,7 +329,7 @@ impl<'a> Page<'a> {
         }
         // A box of space beside panels is as high as they are.
         for at in laid.iter_mut().filter(|at| at.alone) {
-            if let Body::Space { .. } = at.block.body {
+            if let BlockContent::Space { .. } = at.block.body {
                 at.place[3] = bottom - at.place[1];
             }
         }
@@ -367,7 +369,7 @@ impl<'a> Page<'a> {
                 .collect();
             let rows = columns.iter().map(|blocks| blocks.len()).max();
             let in_order = (0..rows.unwrap_or(0)).flat_map(|_| {
-                let row: Vec<Block> = columns.iter_mut().filter_map(Iterator::next).collect();
+                let row: Vec<PageBlock> = columns.iter_mut().filter_map(Iterator::next).collect();
                 row
             });
             let blocks = in_order.collect();
@@ -386,14 +388,14 @@ impl<'a> Page<'a> {
 }
 
 /// Room left of a column's panels, width of the panels, width of the column.
-fn measure(width: Width, blocks: &mut [Block]) -> [f64; 3] {
+fn measure(width: Width, blocks: &mut [PageBlock]) -> [f64; 3] {
     let bars = blocks.iter().filter_map(|b| b.bar.as_ref());
     let right = ROOM_RIGHT + bars.map(ColourBar::width).fold(0.0, f64::max);
     let mut room: f64 = 0.0;
     let mut inner = 0.0;
     // Widened axes have other numbers, which may be longer.
     for _ in 0..2 {
-        room = blocks.iter().map(Block::room).fold(room, f64::max);
+        room = blocks.iter().map(PageBlock::room).fold(room, f64::max);
         inner = match width {
             Width::Whole(width) => width - room - right,
             Width::Panels(inner) => inner,
@@ -411,7 +413,7 @@ impl PlacedBlock<'_> {
         canvas.text((left, words - 5.0), self.block.title, font);
         self.legend.draw(canvas, left, words);
         match &self.block.body {
-            Body::Plane(plane) => {
+            BlockContent::Plane(plane) => {
                 // Only the lowest of the panels that share an axis has numbers and a name.
                 let x = &plane.x;
                 let panel = Panel {
@@ -432,7 +434,7 @@ impl PlacedBlock<'_> {
                 (plane.over)(canvas, &panel);
                 panel.frame(canvas);
             }
-            Body::Space { place, paint, .. } => {
+            BlockContent::Space { place, paint, .. } => {
                 // The words of the box reach to the edges of the column.
                 let stage = place([left - INSET, top, width + INSET + ROOM_RIGHT, height]);
                 stage.walls(canvas);
@@ -442,8 +444,8 @@ impl PlacedBlock<'_> {
         }
         if let Some(bar) = &self.block.bar {
             let inset = match self.block.body {
-                Body::Plane(_) => 0.0,
-                Body::Space { .. } => 0.12 * height,
+                BlockContent::Plane(_) => 0.0,
+                BlockContent::Space { .. } => 0.12 * height,
             };
             let right = left + width + ROOM_RIGHT;
             bar.draw(canvas, right, top + inset, top + height - inset);

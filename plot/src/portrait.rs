@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::Curve;
 use super::geometry::{Pixel, apart, finite, heading, tangent};
 use super::legend::{Entry, Key, Mark, PlottedCurve};
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
 use super::ticks::Tick;
@@ -83,7 +83,7 @@ pub fn phase_portrait(data: &Portrait, paper: &Paper) -> Result<String> {
         .collect();
     // Many arcs are drawn closer, to stay within the separatrix.
     let spacing = (22.0 / data.arcs.len().max(1) as f64).min(5.5);
-    let block = Block::plane(x, y, Height::Equal(0.0, 1e3), curves)
+    let block = PageBlock::plane(x, y, Height::Equal(0.0, 1e3), curves)
         .without_grid()
         .under(|canvas, panel| {
             panel.level(canvas, 0.0, Pen::new(GREY, 0.8));

@@ -4,7 +4,7 @@ use super::canvas::Pen;
 use super::data::{AxisUnits, View};
 use super::geometry::drawable;
 use super::legend::{ColourBar, Entry, Key, Tones};
-use super::page::{Block, Page, WIDTH, Width};
+use super::page::{Page, PageBlock, WIDTH, Width};
 use super::painter::Painter;
 use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
@@ -78,7 +78,7 @@ pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
     // A flat box does not need the full height.
     let least = if tones.is_some() { 260.0 } else { 120.0 };
     let needed = stage([0.0, 0.0, WIDTH, HEIGHT]).height();
-    let mut block = Block::space(needed.clamp(least, HEIGHT), stage, |canvas, stage| {
+    let mut block = PageBlock::space(needed.clamp(least, HEIGHT), stage, |canvas, stage| {
         let mut painter = Painter::new(stage, !scenery.plane);
         for groove in &data.grooves {
             painter.path(groove, GROOVE);

@@ -41,30 +41,30 @@ pub(crate) struct Stage {
     /// Lengths of the edges before the camera, the longest about 1.
     aspect: Point,
     camera: Camera,
-    edges: [Edge; 3],
+    edges: [AxisEdge; 3],
     /// Bounding box [left, top, right, bottom] of the box with its words.
     used: [f64; 4],
 }
 
 /// An edge of the box that carries an axis.
 #[derive(Debug, Clone, Default)]
-struct Edge {
+struct AxisEdge {
     ends: [Pixel; 2],
     ticks: Vec<Tick>,
     marks: Vec<[Pixel; 2]>,
-    words: Vec<Word>,
+    words: Vec<StageWord>,
     /// Cost of the choice; smaller is better.
     cost: f64,
 }
 
 #[derive(Debug, Clone)]
-struct Word {
+struct StageWord {
     at: Pixel,
     text: String,
     font: Type,
 }
 
-impl Word {
+impl StageWord {
     /// Bounding box [left, top, right, bottom].
     fn area(&self) -> [f64; 4] {
         let (mut w, mut h) = (text::width(&self.text, self.font.size), self.font.size);
@@ -84,15 +84,15 @@ impl Word {
     }
 }
 
-impl Edge {
+impl AxisEdge {
     /// Moves numbers that run into a word of another axis a little towards the middle of the edge, as where
     /// both axes end in one corner. A number that cannot be parted goes with its mark.
-    fn yield_to(&mut self, others: &[Word]) {
-        let areas: Vec<[f64; 4]> = others.iter().map(Word::area).collect();
-        let close = |word: &Word| {
+    fn yield_to(&mut self, others: &[StageWord]) {
+        let areas: Vec<[f64; 4]> = others.iter().map(StageWord::area).collect();
+        let close = |word: &StageWord| {
             areas
                 .iter()
-                .any(|area| meet(&word.area(), area, (10.0, -4.0)))
+                .any(|area| meet(&word.area(), area, 10.0, -4.0))
         };
         let [a, b] = self.ends;
         let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
@@ -105,7 +105,7 @@ impl Edge {
             };
             let (dx, dy) = (middle.0 - mark[0].0, middle.1 - mark[0].1);
             let length = dx.hypot(dy).max(1e-9);
-            let moved = NUDGES.map(|by| Word {
+            let moved = NUDGES.map(|by| StageWord {
                 at: (word.at.0 + by * dx / length, word.at.1 + by * dy / length),
                 ..word.clone()
             });
@@ -169,7 +169,11 @@ impl Stage {
             stage.camera.fit(corners.into_iter(), rectangle, room);
             stage.lay_out_axes(labels);
             let frame = hull((0..8).map(|c| stage.pixel(stage.corner(c))));
-            let words = stage.edges.iter().flat_map(|e| &e.words).map(Word::area);
+            let words = stage
+                .edges
+                .iter()
+                .flat_map(|e| &e.words)
+                .map(StageWord::area);
             let all = words.fold(frame, |b, a| {
                 hull([b, a].map(|b| [(b[0], b[1]), (b[2], b[3])]).concat())
             });
@@ -293,9 +297,9 @@ impl Stage {
     /// Chooses for each axis one of the edges of the outline, with a minimum of overlapping words. In parallel
     /// projection the numbers of axes that end in one corner are close on any edge; then each axis has its best edge.
     fn lay_out_axes(&mut self, labels: &[String; 3]) {
-        let options: Vec<Vec<Edge>> = (0..3)
+        let options: Vec<Vec<AxisEdge>> = (0..3)
             .map(|axis| {
-                let mut edges: Vec<Edge> = (0..8)
+                let mut edges: Vec<AxisEdge> = (0..8)
                     .filter(|c| c >> axis & 1 == 0)
                     .map(|c| self.edge(axis, c, &labels[axis]))
                     .collect();
@@ -313,7 +317,7 @@ impl Stage {
             Some((a.cost + b.cost + c.cost + clashes([a, b, c]), [a, b, c]))
         });
         if let Some((_, edges)) = picked.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            self.edges = edges.map(Edge::clone);
+            self.edges = edges.map(AxisEdge::clone);
             for [one, other] in [[0, 1], [0, 2], [1, 2]] {
                 let fewer = self.edges[one].ticks.len() < self.edges[other].ticks.len();
                 let (from, beside) = if fewer { (other, one) } else { (one, other) };
@@ -324,7 +328,7 @@ impl Stage {
     }
 
     /// The edge along `axis` from a corner, with its words.
-    fn edge(&self, axis: usize, corner: usize, label: &str) -> Edge {
+    fn edge(&self, axis: usize, corner: usize, label: &str) -> AxisEdge {
         let start = self.corner(corner);
         let [lo, hi] = self.bounds[axis];
         let on = |t: f64| {
@@ -361,9 +365,9 @@ impl Stage {
             _ => Side::Middle,
         };
         let font = Type::new(SMALL, side, Side::Middle);
-        let mut edge = Edge {
+        let mut edge = AxisEdge {
             ends: [a, b],
-            ..Edge::default()
+            ..AxisEdge::default()
         };
         let mut widest = 0f64;
         for tick in &ticks {
@@ -372,7 +376,7 @@ impl Stage {
             edge.marks.push([p, by(MARK_3D)]);
             let text = tick.label.clone().unwrap_or_default();
             widest = widest.max(text::width(&text, SMALL));
-            edge.words.push(Word {
+            edge.words.push(StageWord {
                 at: by(MARK_3D + 6.0 + 3.0 * out.1.abs()),
                 text,
                 font,
@@ -389,7 +393,7 @@ impl Stage {
             } else {
                 Type::new(LABEL, side, Side::Middle)
             };
-            edge.words.push(Word {
+            edge.words.push(StageWord {
                 at: (mid.0 + off * out.0, mid.1 + off * out.1),
                 text: label.to_string(),
                 font,
@@ -414,7 +418,7 @@ impl Stage {
 }
 
 /// Number of overlapping pairs of words of different edges, times a large cost.
-fn clashes(edges: [&Edge; 3]) -> f64 {
+fn clashes(edges: [&AxisEdge; 3]) -> f64 {
     let areas: Vec<(usize, [f64; 4])> = edges
         .iter()
         .enumerate()
@@ -422,7 +426,7 @@ fn clashes(edges: [&Edge; 3]) -> f64 {
         .collect();
     let pairs = areas.iter().enumerate();
     let pairs = pairs.flat_map(|(k, a)| areas[..k].iter().map(move |b| (a, b)));
-    let count = pairs.filter(|((i, a), (j, b))| i != j && meet(a, b, (3.0, 1.0)));
+    let count = pairs.filter(|((i, a), (j, b))| i != j && meet(a, b, 3.0, 1.0));
     300.0 * count.count() as f64
 }
 

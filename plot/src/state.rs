@@ -5,7 +5,7 @@ use super::canvas::Pen;
 use super::data::{AxisUnits, View, with_unit};
 use super::geometry::{Point, along, dot, unit};
 use super::legend::{Entry, Key, PlottedCurve, named};
-use super::page::{Block, Height, Page, Width};
+use super::page::{Height, Page, PageBlock, Width};
 use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
 use super::paper::Paper;
@@ -100,7 +100,7 @@ pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
     }
     scenery.view = data.view;
     let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
-    let mut shape = Block::space(430.0, stage, |canvas, stage| {
+    let mut shape = PageBlock::space(430.0, stage, |canvas, stage| {
         let mut painter = Painter::new(stage, !scenery.plane);
         painter.rod(&data.rod, category(data.rod.colour.unwrap_or(6)), &scenery);
         for &(ends, pen, heads, name, letter) in &arrows {
@@ -139,7 +139,7 @@ fn scales(data: &RodState) -> [f64; 2] {
 }
 
 /// A panel for each group of three components over s.
-fn blocks(data: &RodState) -> Result<Vec<Block<'static>>> {
+fn blocks(data: &RodState) -> Result<Vec<PageBlock<'static>>> {
     let units = &data.units;
     let [force, couple] = scales(data);
     let (lo, hi) = extent(&data.s).unwrap_or_default();
@@ -206,7 +206,7 @@ fn group(
     names: [&'static str; 3],
     values: &[Vec<f64>; 3],
     least: f64,
-) -> Option<Block<'static>> {
+) -> Option<PageBlock<'static>> {
     const HEIGHT: f64 = 112.0;
     let vanishes = |k: &usize| !values[*k].iter().any(|v| v.abs() > least);
     let (none, some): (Vec<usize>, Vec<usize>) = (0..3).partition(vanishes);
@@ -238,7 +238,7 @@ fn group(
         (lo, hi) if hi > lo && (hi - lo).is_finite() => Axis::linear(lo, hi, &s, 6),
         _ => Axis::over(&data.s, None, &s, 6)?,
     };
-    let mut block = Block::plane(x, y, Height::Pixels(height), curves);
+    let mut block = PageBlock::plane(x, y, Height::Pixels(height), curves);
     block.legend = vec![entries];
     Some(block)
 }

@@ -8,7 +8,7 @@ use super::faces::Faces;
 use super::geometry::{Point, finite};
 use super::legend::{Entry, Key, Mark, draw_mark};
 use super::motion::circle;
-use super::page::{Block, Page, WIDTH, Width};
+use super::page::{Page, PageBlock, WIDTH, Width};
 use super::palette::{ALARM, BLACK, Colour, GREY, WHITE, category};
 use super::paper::Paper;
 use super::stage::Stage;
@@ -60,7 +60,7 @@ pub struct Sheets {
 /// Fails if there is no panel, or one without a patch with finite points.
 pub fn sheets_lambda_alpha(panels: &[Sheets], paper: &Paper) -> Result<String> {
     draw_panels(panels, paper, |sheets| {
-        Ok(Frame {
+        Ok(BoxFrame {
             sheets,
             labels: ["λ", "α (rad)", "θ(1) (rad)"].map(String::from),
             view: View {
@@ -79,16 +79,16 @@ pub fn sheets_lambda_alpha(panels: &[Sheets], paper: &Paper) -> Result<String> {
 ///
 /// Fails if there is no panel, or one without a patch with finite points.
 pub fn sheets_over_disc(panels: &[Sheets], paper: &Paper) -> Result<String> {
-    draw_panels(panels, paper, Frame::over_disc)
+    draw_panels(panels, paper, BoxFrame::over_disc)
 }
 
 /// Draws panels in rows of two.
 fn draw_panels<'a>(
     panels: &'a [Sheets],
     paper: &Paper,
-    frame: impl Fn(&'a Sheets) -> Result<Frame<'a>>,
+    frame: impl Fn(&'a Sheets) -> Result<BoxFrame<'a>>,
 ) -> Result<String> {
-    let frames: Vec<Frame> = panels.iter().map(frame).collect::<Result<_>>()?;
+    let frames: Vec<BoxFrame> = panels.iter().map(frame).collect::<Result<_>>()?;
     if frames.is_empty() {
         return Err(Error::domain("figure of sheets: no surface to show"));
     }
@@ -122,7 +122,7 @@ pub fn path_on_surface(data: &PathOnSurface, paper: &Paper) -> Result<String> {
     if !data.path.iter().any(|p| p.iter().all(|c| c.is_finite())) {
         return Err(Error::domain("figure of a path on sheets: no path to show"));
     }
-    let frame = Frame::over_disc(&data.sheets)?;
+    let frame = BoxFrame::over_disc(&data.sheets)?;
     let legend = entries(std::slice::from_ref(&data.sheets), Some(data));
     let page = Page::new("A motion on the sheets of equilibria", "", vec![legend]);
     let block = frame.block(WIDTH, Some(data));
@@ -149,7 +149,7 @@ fn behind(pen: Pen) -> Pen {
 const ASPECT: Point = [1.0, 1.0, 0.85];
 
 /// Common parts of the figures of sheets.
-struct Frame<'a> {
+struct BoxFrame<'a> {
     sheets: &'a Sheets,
     labels: [String; 3],
     /// Default viewpoint.
@@ -160,7 +160,7 @@ struct Frame<'a> {
     disc: Option<f64>,
 }
 
-impl<'a> Frame<'a> {
+impl<'a> BoxFrame<'a> {
     fn over_disc(sheets: &'a Sheets) -> Result<Self> {
         let units = &sheets.units;
         let radius = units.radius();
@@ -193,7 +193,7 @@ impl<'a> Frame<'a> {
     }
 
     /// The box with everything in it, of a width in pixels.
-    fn block(&'a self, width: f64, motion: Option<&'a PathOnSurface>) -> Block<'a> {
+    fn block(&'a self, width: f64, motion: Option<&'a PathOnSurface>) -> PageBlock<'a> {
         let camera = Camera::new(self.sheets.view.unwrap_or(self.view), f64::INFINITY);
         let stage = move |place| {
             Stage::seen(
@@ -204,7 +204,7 @@ impl<'a> Frame<'a> {
                 place,
             )
         };
-        let mut block = Block::space(width * HEIGHT / WIDTH, stage, move |canvas, stage| {
+        let mut block = PageBlock::space(width * HEIGHT / WIDTH, stage, move |canvas, stage| {
             let mut scene = Faces::new(stage.clone());
             if let Some(radius) = self.disc {
                 let floor = self.bounds[2][0];

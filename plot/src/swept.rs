@@ -6,7 +6,7 @@ use super::data::as_many;
 use super::geometry::{Pixel, finite};
 use super::legend::{Entry, Key, Mark, draw_mark};
 use super::outcome::{NAMED, SweptAxis, named};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{Colour, GREY, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
@@ -54,7 +54,7 @@ pub fn swept_curves(data: &SweptCurves, paper: &Paper) -> Result<String> {
         let Some(y) = Axis::over(values, None, label, 5) else {
             continue;
         };
-        let block = Block::plane(x.clone(), y, Height::Pixels(150.0), Vec::new());
+        let block = PageBlock::plane(x.clone(), y, Height::Pixels(150.0), Vec::new());
         let colours = &colours;
         blocks.push(block.over(move |canvas, panel| {
             let pixels = panel.pixels(&axis.values, values);

@@ -7,7 +7,7 @@ use super::energies::{SNAP, snap_lines, snap_name};
 use super::geometry::{Pixel, Point, box_of, drawable, finite, thin};
 use super::history::History;
 use super::legend::{Entry, Key, Mark, PlottedCurve, Tones, draw_mark};
-use super::page::{Block, Height, Page, WIDTH, Width};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
 use super::paper::Paper;
 use super::scenery::{GROOVE, GROOVE_NAME};
@@ -87,7 +87,7 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
         let y = Axis::over(&values, None, &data.units.length_of(name), 4).ok_or_else(nothing)?;
         let history = History::new("", Pen::new(category(i), 1.4), &data.time, &values);
         let curves: Vec<PlottedCurve> = vec![history.line.clone()];
-        let block = Block::plane(x.clone(), y, Height::Pixels(112.0), curves);
+        let block = PageBlock::plane(x.clone(), y, Height::Pixels(112.0), curves);
         panels.push(block.under(move |canvas, panel| {
             history.band(canvas, panel);
             snaps(canvas, panel);
@@ -129,14 +129,14 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
             } else {
                 Height::Pixels(BESIDE)
             };
-            Block::plane(x, y, height, Vec::new())
+            PageBlock::plane(x, y, height, Vec::new())
                 .over(move |canvas, panel| paint(canvas, data, tones, |p| panel.at(p[i], p[j])))
         }
         _ => {
             let (view, labels) = (spread.view(), &labels);
             let place = move |place| Stage::new(bounds, labels, view, place);
             let needed = place([0.0, 0.0, BOX, BOX]).height();
-            Block::space(needed.clamp(200.0, BOX), place, move |canvas, stage| {
+            PageBlock::space(needed.clamp(200.0, BOX), place, move |canvas, stage| {
                 paint(canvas, data, tones, |p| stage.pixel(*p))
             })
         }

@@ -102,7 +102,11 @@ def test_statics_modes_and_memory():
     }
     branch = snaprod.branch(column)
     assert branch.lost == []
-    euler = branch.special_points[0]
+    euler = branch.special("BP1")
+    assert euler == branch.special_points[0] == branch.special("BP", near=2.0)
+    assert euler["state"]["energy"] == 0.0
+    with pytest.raises(KeyError, match="LP1: the branch has BP1"):
+        branch.special("LP1")
     assert abs(euler["parameter"] - np.pi**2 / 4) < 1e-8
     assert branch.data["index"][0] == 0 and branch.data["index"][-1] > 0
 

@@ -35,7 +35,7 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
 }
 
 /// Rods and bodies of an equilibrium.
-fn figure(scene: &Scene, record: &AssemblyEquilibriumRecord) -> RodShapes {
+pub fn figure(scene: &Scene, record: &AssemblyEquilibriumRecord) -> RodShapes {
     let unstable = record.conservative && record.index > 0;
     let grounds = scene.assembly().into_iter();
     let grounds = grounds.flat_map(AssemblyScene::grounds);

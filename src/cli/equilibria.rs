@@ -1,23 +1,40 @@
-//! `snaprod equilibria`: all equilibria of the elastica with the end at a point.
+//! `snaprod equilibria`: all equilibria of a scene of statics, or of the elastica with the end at a point.
 
-use super::files::{number, pair, print, print_json};
-use super::{Ending, Refusal};
+use super::check::{SceneArgs, no_start, read_equilibrium};
+use super::files::{json_text, number, pair, print, print_json};
+use super::output::{Output, OutputArgs};
+use super::signals::Signals;
+use super::{Ending, Refusal, assembly_equilibrium, rod_figures};
 use clap::Args;
+use snaprod::plot::{RodPanel, RodPanels, rod_panels};
+use snaprod::scene::Scene;
+use snaprod::study::all_equilibria::{AllEquilibriaRecord, StateKind, StateRecord};
 use snaprod::study::{self, EquilibriaRecord};
 use std::fmt::Write;
+use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct EquilibriaArgs {
-    /// End position x,y (length 1).
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_point)]
-    pub at: [f64; 2],
-    /// Only equilibria with lambda below this, at most 60.
+    /// The scene, a TOML file: one rod or an assembly in statics.
+    #[arg(value_name = "SCENE", required_unless_present = "at")]
+    pub scene: Option<PathBuf>,
+    /// Replace or add a field of the scene, as in --set end.position.z=0.6; may be repeated.
+    #[arg(long, value_name = "PATH=VALUE", conflicts_with = "at")]
+    pub set: Vec<String>,
+    /// Instead of a scene: the end position x,y of the elastica (length 1, bending stiffness 1).
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_point, conflicts_with_all = ["scene", "out"])]
+    pub at: Option<[f64; 2]>,
+    /// Of an elastica only equilibria with lambda below this, at most 60; lambda = sqrt(|force| L^2/B).
     #[arg(long, default_value_t = 14.0)]
     pub lambda_max: f64,
-    /// Print one JSON object.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: OutputArgs,
 }
+
+/// Files of the command.
+const FILES: &[&str] = &["equilibria.*", "shapes.*"];
+/// Number of equilibria up to which each has a panel.
+const MOST_PANELS: usize = 24;
 
 fn parse_point(text: &str) -> Result<[f64; 2], String> {
     let parts: Vec<_> = text.split(',').map(|part| part.trim().parse()).collect();
@@ -27,15 +44,140 @@ fn parse_point(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// Lists all equilibria at a point.
+/// Lists all equilibria of a scene, or at a point.
 pub fn equilibria(args: &EquilibriaArgs) -> Result<Ending, Refusal> {
-    let record = study::equilibria(args.at, args.lambda_max)?;
-    if args.json {
+    if let Some(path) = &args.scene {
+        return of_scene(args, path);
+    }
+    let record = study::equilibria(args.at.unwrap_or([f64::NAN; 2]), args.lambda_max)?;
+    if args.output.json {
         print_json(record.summary())
     } else {
         print(&text(&record))
     }
     Ok(Ending::Done)
+}
+
+fn of_scene(args: &EquilibriaArgs, path: &std::path::Path) -> Result<Ending, Refusal> {
+    if !(0.0 < args.lambda_max && args.lambda_max <= 60.0) {
+        return Err(Refusal(format!(
+            "--lambda-max {}: must be in (0, 60]",
+            args.lambda_max
+        )));
+    }
+    let given = SceneArgs {
+        path: path.to_owned(),
+        set: args.set.clone(),
+    };
+    let scene = read_equilibrium(&given)?;
+    let record = study::all_equilibria(&scene, args.lambda_max, &mut Signals::watched());
+    let record = record.map_err(|e| no_start(path, &e))?;
+    let summary = record.summary();
+    if let Some(directory) = &args.output.out {
+        let out = Output::open(Some(directory), FILES, args.output.figures)?;
+        out.write("equilibria.json", json_text(summary.clone()).as_bytes())?;
+        out.table(&record.table()?)?;
+        out.table(&record.shapes()?)?;
+        let data = panels(&scene, &record);
+        out.figure("equilibria", || Ok(data), rod_panels);
+        out.finish(!args.output.json)?;
+    }
+    if args.output.json {
+        print_json(summary);
+    } else {
+        print(&list(&record));
+    }
+    Ok(if record.interrupted {
+        Ending::Short
+    } else {
+        Ending::Done
+    })
+}
+
+/// A numbered panel for each equilibrium.
+fn panels(scene: &Scene, record: &AllEquilibriaRecord) -> RodPanels {
+    let shown = record.states.iter().take(MOST_PANELS).enumerate();
+    let panel = |(k, state): (usize, &StateRecord)| {
+        let unstable = record.conservative && state.index > 0;
+        let (rods, bodies) = match &state.kind {
+            StateKind::Rod(one) => {
+                let rod = rod_figures::drawn(&one.sections, None, unstable);
+                (vec![rod_figures::on_ground(rod, scene)], Vec::new())
+            }
+            StateKind::Assembly(all) => {
+                let figure = assembly_equilibrium::figure(scene, all);
+                (figure.rods, figure.bodies)
+            }
+        };
+        RodPanel {
+            title: format!(
+                "{}: energy {}, {}",
+                k + 1,
+                number(state.energy),
+                index_words(state)
+            ),
+            rods,
+            bodies,
+        }
+    };
+    RodPanels {
+        title: match record.states.len() {
+            1 => "The equilibrium that was found".to_owned(),
+            n if n > MOST_PANELS => format!("{MOST_PANELS} of {n} equilibria"),
+            n => format!("{n} equilibria"),
+        },
+        panels: shown.map(panel).collect(),
+        units: rod_figures::units(record.units),
+    }
+}
+
+fn index_words(state: &StateRecord) -> String {
+    match state.index_in_plane {
+        Some(flat) if flat != state.index => {
+            format!("index {} ({flat} in the plane)", state.index)
+        }
+        _ => format!("index {}", state.index),
+    }
+}
+
+fn list(record: &AllEquilibriaRecord) -> String {
+    let mut text = match record.states.len() {
+        1 => "one equilibrium\n".to_owned(),
+        n => format!("{n} equilibria\n"),
+    };
+    let _ = writeln!(
+        text,
+        "{:>3} {:>16} {:>6} {:>9}  found by",
+        "", "energy", "index", "in plane"
+    );
+    for (k, state) in record.states.iter().enumerate() {
+        let flat = state
+            .index_in_plane
+            .map_or_else(|| "-".to_owned(), |i| i.to_string());
+        let mut words = state.how.to_owned();
+        if record.conservative && state.index == 0 {
+            words += "; stable";
+        }
+        if state.neutral {
+            words += "; one of a continuous family: a motion costs nothing";
+        }
+        let _ = writeln!(
+            text,
+            "{:>3} {:>16} {:>6} {flat:>9}  {words}",
+            k + 1,
+            number(state.energy),
+            state.index,
+        );
+    }
+    if !record.conservative {
+        text.push_str("the loads have no potential: the index is that of the same loads kept dead and does not decide stability\n");
+    }
+    let _ = writeln!(text, "sought: {}", record.sought);
+    let _ = writeln!(text, "proven: {}", record.proven);
+    if record.interrupted {
+        text.push_str("interrupted: the search is not complete\n");
+    }
+    text
 }
 
 fn text(record: &EquilibriaRecord) -> String {

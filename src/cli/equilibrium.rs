@@ -72,6 +72,23 @@ fn text(record: &EquilibriumRecord) -> String {
     line("tip force", list(end.force.as_slice(), forces));
     line("tip couple", list(end.couple.as_slice(), couples));
     line("energy", number(found.end.energy));
+    for (k, tendon) in record
+        .tendons
+        .iter()
+        .flat_map(|t| t.each.iter().enumerate())
+    {
+        let slack = if tendon.slack { ", slack" } else { "" };
+        let (tension, length) = (number(tendon.tension), number(tendon.length));
+        line(
+            &format!("tendon {k}"),
+            format!("tension {tension}, length {length}{slack}"),
+        );
+    }
+    if let Some(tendons) = &record.tendons {
+        let [couple, force] = &tendons.base;
+        line("clamp force", list(force.as_slice(), forces));
+        line("clamp couple", list(couple.as_slice(), couples));
+    }
     if record.weight.is_some() {
         line("potential", number(found.potential));
     }
@@ -83,7 +100,15 @@ fn text(record: &EquilibriumRecord) -> String {
         (true, _) if found.route.from_guess => "unstable",
         (true, _) => "unstable; no stable equilibrium was found from any start",
     };
-    line("index", format!("{} ({meaning})", found.index));
+    let index = if record.indexed {
+        format!("{} ({meaning})", found.index)
+    } else {
+        "none (a load that turns with the rod has no potential; stability may be lost by growing oscillations)".to_owned()
+    };
+    line("index", index);
+    for mode in &record.zero_modes {
+        line("zero mode", format!("{mode}; left out of the index"));
+    }
     line("residual", format!("{:.1e}", found.residual));
     let route = &found.route;
     let start = if route.from_guess {

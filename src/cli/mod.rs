@@ -49,7 +49,7 @@ enum Command {
     /// Describes one equilibrium of the elastica (length 1, bending stiffness 1).
     #[command(allow_negative_numbers = true)]
     Elastica(elastica::ElasticaArgs),
-    /// Finds all equilibria with the end at a point.
+    /// Finds all equilibria of a scene of statics, or of the elastica with the end at a point.
     #[command(allow_negative_numbers = true)]
     Equilibria(equilibria::EquilibriaArgs),
     /// Prints the fold curves as CSV, cusps marked.

@@ -125,12 +125,12 @@ fn points(text: &str) -> Result<f64, String> {
 
 /// The files of one command, in a directory; no file is written without a directory.
 pub struct Output {
-    place: Option<Place>,
+    place: Option<OutputDirectory>,
     figures: FigureArgs,
 }
 
 /// The output directory.
-struct Place {
+struct OutputDirectory {
     directory: PathBuf,
     /// Names of the files that the command may write, with at most one `*` each; a CSV also stands for its NPZ.
     owned: &'static [&'static str],
@@ -152,7 +152,7 @@ impl Output {
         figures: FigureArgs,
     ) -> Result<Self, Refusal> {
         figures.print.check()?;
-        let place = directory.map(|directory| Place::open(directory, owned));
+        let place = directory.map(|directory| OutputDirectory::open(directory, owned));
         Ok(Self {
             place: place.transpose()?,
             figures,
@@ -345,7 +345,7 @@ fn brief(names: &[&str]) -> String {
     }
 }
 
-impl Place {
+impl OutputDirectory {
     fn open(directory: &Path, owned: &'static [&'static str]) -> Result<Self, Refusal> {
         fs::create_dir_all(directory).map_err(|e| {
             Refusal(format!(
@@ -402,7 +402,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for OutputDirectory {
     fn drop(&mut self) {
         self.sweep();
     }

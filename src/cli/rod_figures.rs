@@ -5,7 +5,7 @@ use snaprod::assembly::Joint;
 use snaprod::motion::Ledger;
 use snaprod::plot::{AxisUnits, Energies, Ground, RodState, SpaceBody, SpaceRod};
 use snaprod::rod::RodSection;
-use snaprod::scene::{Scales, Units};
+use snaprod::scene::{Component, Scales, Scene, Units};
 use snaprod::study::{EquilibriumRecord, Solid, equilibrium::resultants};
 
 /// Data of a drawn rod.
@@ -53,6 +53,20 @@ pub fn body(
         half_edges: std::array::from_fn(|j| edges.column(j).into_owned().into()),
         value,
         colour,
+    }
+}
+
+/// The rod with its supports: the clamp, and the joint of a held end.
+pub fn on_ground(rod: SpaceRod, scene: &Scene) -> SpaceRod {
+    let end = scene.end().ok();
+    let end = end.filter(|end| !end.position.contains(&Component::Free));
+    let end = end.map(|end| match end.orientation {
+        Some(_) => Ground::Clamp,
+        None => Ground::Ball,
+    });
+    SpaceRod {
+        ground: [Some(Ground::Clamp), end],
+        ..rod
     }
 }
 

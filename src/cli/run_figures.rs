@@ -9,12 +9,14 @@ use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
 use snaprod::motion::viscoelastic::Layer;
 use snaprod::plot::{
-    self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Paper, Patch,
-    PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceBody, SpaceRod,
-    SpaceWay, StrainMap, Trace,
+    self, AxisUnits, Curve, DrawnShape, Energies, LayerFigure, LayerRun, LineStyle, Lines,
+    LossGroup, Paper, Patch, PathOnSurface, RodShapes, Series, Sheets, SnapLosses, Snapshots,
+    SpaceBody, SpaceRod, SpaceWay, StrainMap,
 };
 use snaprod::scene::Units;
-use snaprod::study::run::{Frame, ModelKind, Moment, RunBody, RunRecord, SingleMotion, places};
+use snaprod::study::run::{
+    FigureState, ModelKind, Moment, RunBody, RunRecord, SingleMotion, places,
+};
 
 /// Number of shapes drawn at even times: of an elastic rod, in addition to the shapes at the first snaps, and of a
 /// viscoelastic rod.
@@ -200,7 +202,7 @@ impl<'r> RunFigures<'r> {
         &self.line.way
     }
 
-    fn track(&self) -> &[Frame] {
+    fn track(&self) -> &[FigureState] {
         &self.line.track
     }
 
@@ -246,7 +248,7 @@ impl<'r> RunFigures<'r> {
             .map(|(moment, _)| ahead.map(|at| moment.placed(at)));
         let mut walls: Vec<_> = walls.collect();
         walls.dedup();
-        let shape = |(moment, axis): (&Moment, Vec<[f64; 2]>)| Shape {
+        let shape = |(moment, axis): (&Moment, Vec<[f64; 2]>)| DrawnShape {
             time: moment.t,
             axis: Curve::new(axis),
         };
@@ -331,7 +333,7 @@ impl<'r> RunFigures<'r> {
             .track()
             .last()
             .filter(|_| !(self.track().len() - 1).is_multiple_of(stride));
-        let columns: Vec<&Frame> = chosen.chain(last).collect();
+        let columns: Vec<&FigureState> = chosen.chain(last).collect();
         let dissipates = columns
             .iter()
             .any(|f| f.dissipation.iter().any(|d| *d > 0.0));
@@ -534,7 +536,7 @@ impl<'r> RunFigures<'r> {
             series: vec![Series {
                 x: values(i).collect(),
                 y: seen.iter().map(|moment| moment.end().velocity[i]).collect(),
-                trace: Trace::Dots,
+                trace: LineStyle::Dots,
                 ..Series::default()
             }],
             ..Lines::default()
@@ -549,7 +551,7 @@ impl<'r> RunFigures<'r> {
 
     /// A passage in which the end stays in place, in time over viscosity from the peak of the dissipation; `None` if
     /// the end moves.
-    fn layer_of(&self, passage: &[Frame]) -> Option<LayerFigure> {
+    fn layer_of(&self, passage: &[FigureState]) -> Option<LayerFigure> {
         let viscosity = self.record.header.viscosity?;
         let (begin, end) = (passage.first()?.moment.t, passage.last()?.moment.t);
         let layer: &Layer = self
@@ -557,7 +559,7 @@ impl<'r> RunFigures<'r> {
             .passages()
             .find(|l| begin <= l.peak && l.peak <= end)?;
         let stretched = |t: f64| (t - layer.peak) / viscosity;
-        let inside: Vec<&Frame> = passage
+        let inside: Vec<&FigureState> = passage
             .iter()
             .filter(|f| (layer.from..=layer.to).contains(&f.moment.t))
             .collect();
@@ -567,15 +569,15 @@ impl<'r> RunFigures<'r> {
             return None;
         }
         // Even steps of the dissipated energy resolve the change of shape.
-        let lost = |f: &Frame| f.moment.friction;
+        let lost = |f: &FigureState| f.moment.friction;
         let (low, high) = (lost(fold), lost(landing));
-        let curve = |f: &Frame| Curve::new(f.axis.iter().copied());
+        let curve = |f: &FigureState| Curve::new(f.axis.iter().copied());
         let shapes = (1..SHAPES - 1)
             .filter_map(|i| {
                 let level = low + (high - low) * i as f64 / (SHAPES - 1) as f64;
                 inside.iter().find(|f| lost(f) >= level)
             })
-            .map(|f| Shape {
+            .map(|f| DrawnShape {
                 time: stretched(f.moment.t),
                 axis: curve(f),
             })

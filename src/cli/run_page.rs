@@ -1,6 +1,6 @@
 //! The page of a run, with pictures from a second pass over the motion.
 
-use super::page::{Kind, MotionContext, Page, event_rows, motion_data, name, scene_text};
+use super::page::{MotionContext, Page, PageKind, event_rows, motion_data, name, scene_text};
 use super::progress::Progress;
 use super::run::RunArgs;
 use super::run_figures::{first_folds, snaps_name};
@@ -51,7 +51,7 @@ pub fn page(
     figures.retain(|(name, _)| !DRAWN.contains(&name.as_str()));
     Ok(Page {
         name: name(&args.scene),
-        kind: Kind::Motion,
+        kind: PageKind::Motion,
         data: motion_data(&film, &around)?,
         words: run_text::text(record, None),
         events: event_rows(&record.events(), header.units),

@@ -35,7 +35,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         if snaps > SHOWN {
             lines.push(format!("... and {} more snaps", snaps - SHOWN));
         }
-        let passages: Vec<&Layer> = record.passages().collect();
+        let passages: Vec<&Layer> = branch.snap_layers().collect();
         lines.extend(passages.iter().take(SHOWN).map(|l| passage(l, u)));
         if passages.len() > SHOWN {
             lines.push(format!("... and {} more passages", passages.len() - SHOWN));

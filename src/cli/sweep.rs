@@ -34,8 +34,9 @@ pub struct SweepArgs {
     #[arg(long, value_name = "S", default_value_t = 0, requires = "random")]
     seed: u64,
     /// A result of each point: a path into summary.json, or into events, as in end.x or events.-1.t; or the least or
-    /// the greatest along the run of a column of trajectory.csv, as in greatest.y; may be repeated. Without it, the
-    /// usual columns for the scene.
+    /// the greatest along the run of a column of trajectory.csv, as in greatest.y; of a scene with [continue] a special
+    /// point of its branch, as in BP1, LP2.energy or LP@0.4; may be repeated. Without it, the usual columns for the
+    /// scene.
     #[arg(long, value_name = "PATH")]
     column: Vec<String>,
     /// The column shown in the map of a sweep over two fields, also written to the table; several are joined, as in

@@ -1,18 +1,20 @@
 //! Assemblies of several rods and bodies: `[[rod]]` and `[[body]]`.
 
 use super::ends::is_none;
-use super::{ClampMotion, Groove, Load, LoadAlong, Loads, Orientation, Rod};
+use super::{ClampMotion, Groove, Load, LoadAlong, Loads, Orientation, Rod, SiteJoint};
 use crate::assembly::Joint;
 use serde::{Serialize, Serializer};
 
 /// Rods between bodies and the ground, in space. Names identify rods and bodies; the two lists have separate names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AssemblyScene {
+    /// Normal of the plane in which bodies and rods stay; `None`: in space.
+    pub plane: Option<[f64; 3]>,
     /// Rods held at both ends; at least one.
     pub rods: Vec<AssemblyRod>,
     /// Rods with a free end; a written scene lists them after `rods`.
     pub free: Vec<FreeRod>,
-    /// The bodies; at least one. Either every body is joined to the ground by a chain of rods, or none is.
+    /// The bodies; at least one in a motion. Either every body is joined to the ground by a chain of rods, or none is.
     pub bodies: Vec<AssemblyBody>,
 }
 
@@ -31,13 +33,17 @@ impl Serialize for AssemblyScene {
         }
         #[derive(Serialize)]
         struct Tables<'a> {
+            #[serde(skip_serializing_if = "Option::is_none")]
+            plane: Option<[f64; 3]>,
             rod: Vec<Any<'a>>,
-            body: &'a [AssemblyBody],
+            #[serde(skip_serializing_if = "Vec::is_empty")]
+            body: Vec<&'a AssemblyBody>,
         }
         let free = self.free.iter().map(|rod| Any::Free { rod, to: "free" });
         let tables = Tables {
+            plane: self.plane,
             rod: self.rods.iter().map(Any::Held).chain(free).collect(),
-            body: &self.bodies,
+            body: self.bodies.iter().collect(),
         };
         tables.serialize(serializer)
     }
@@ -83,8 +89,9 @@ pub struct Site {
     /// Directors of the attachment in the same frame.
     #[serde(flatten)]
     pub orientation: Orientation,
-    /// Joint of the rod's directors to those of the attachment; always [`Joint::Ball`] on a point mass.
-    pub joint: Joint,
+    /// Joint of the rod's directors to those of the attachment; always [`SiteJoint::Ball`] on a point mass.
+    #[serde(flatten)]
+    pub joint: SiteJoint,
     /// Prescribed motion of an attachment on the ground; `None`: at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<ClampMotion>,
@@ -95,10 +102,11 @@ pub struct Site {
 pub struct AssemblyBody {
     /// Name of the body.
     pub name: String,
-    /// Mass > 0.
+    /// Mass > 0; 0 for a node without mass, at rest.
+    #[serde(skip_serializing_if = "is_zero")]
     pub mass: f64,
     /// Inertia and centre of mass; `None`: a point mass.
-    #[serde(flatten)]
+    #[serde(flatten, skip_serializing_if = "Extent::is_none")]
     pub extent: Option<Extent>,
     /// Force at the centre of mass; default 0.
     pub force: Load,
@@ -125,7 +133,11 @@ pub struct AssemblyBody {
     pub angular_velocity: [f64; 3],
 }
 
-/// True for zero drag, which is left out of a written scene: a scene of statics has no such field.
+/// Mass of a body of mass 0, over that of the lightest rod; a body below the second bound gives no unit of mass.
+const FILLED: f64 = 1e-9;
+const MASSLESS: f64 = 1e-6;
+
+/// True for zero drag or mass, which is left out of a written scene: a scene of statics has no such field.
 fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
@@ -153,13 +165,28 @@ pub struct Guess {
     pub orientation: Orientation,
 }
 
+impl Extent {
+    /// True for a point mass, and for a node, which has no inertia.
+    fn is_none(extent: &Option<Self>) -> bool {
+        extent
+            .as_ref()
+            .is_none_or(|extent| extent.inertia == [[0.0; 3]; 3])
+    }
+}
+
 impl AssemblyBody {
+    /// True for a node without mass.
+    pub fn is_massless(&self) -> bool {
+        self.mass == 0.0
+    }
+
     /// All loads on the body except the forces of the rods.
     pub fn loads(&self, gravity: [f64; 3]) -> Loads {
         Loads {
             gravity,
             dead: self.force.constant(),
             distributed: LoadAlong::default(),
+            follower: LoadAlong::default(),
             load: 1.0,
             couple: self.couple.clone(),
             drag: self.drag,
@@ -170,13 +197,64 @@ impl AssemblyBody {
 }
 
 impl AssemblyScene {
-    /// Mass of the first body, the unit of mass.
+    /// Mass of the first body that has one, the unit of mass; that of the first rod if no body has, or 1.
     pub fn mass(&self) -> f64 {
-        self.bodies.first().map_or(f64::NAN, |body| body.mass)
+        let massive = self.bodies.iter().find(|body| !body.is_massless());
+        let body = massive.map(|body| body.mass);
+        let rods = self.every_rod().filter_map(Rod::mass);
+        let rod = rods.into_iter().next().filter(|_| self.is_heavy());
+        match (body, rod) {
+            (Some(body), Some(rod)) if body < MASSLESS * rod => rod,
+            (Some(body), _) => body,
+            (None, rod) => rod.unwrap_or(1.0),
+        }
+    }
+
+    /// All rods, those with a free end last.
+    pub fn every_rod(&self) -> impl Iterator<Item = &Rod> {
+        let held = self.rods.iter().map(|rod| &rod.rod);
+        held.chain(self.free.iter().map(|rod| &rod.rod))
+    }
+
+    /// True if a motion includes the full mass of the rods.
+    pub fn is_heavy(&self) -> bool {
+        self.every_rod().any(Rod::is_heavy)
+    }
+
+    /// True for a body whose mass does not count beside that of rods with full mass: a point where rods meet.
+    pub fn is_negligible(&self, body: &AssemblyBody) -> bool {
+        let rods = self.every_rod().filter_map(Rod::mass);
+        self.is_heavy() && body.mass < MASSLESS * rods.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Gives bodies of mass 0, which are points of the rods with full mass that they join, a mass that does not count.
+    pub(super) fn fill_massless(&mut self) {
+        let least = self
+            .every_rod()
+            .filter_map(Rod::mass)
+            .fold(f64::INFINITY, f64::min);
+        let length = self
+            .every_rod()
+            .map(|rod| rod.length)
+            .fold(f64::INFINITY, f64::min);
+        for body in self.bodies.iter_mut().filter(|body| body.mass == 0.0) {
+            body.mass = FILLED * least;
+            let moment = FILLED * least * length * length;
+            let moments =
+                std::array::from_fn(|i| std::array::from_fn(|j| if i == j { moment } else { 0.0 }));
+            body.extent = Some(Extent {
+                inertia: moments,
+                offset: [0.0; 3],
+                rotor: [0.0; 3],
+            });
+        }
     }
 
     /// True if nothing holds the bodies: every load-bearing rod joins two bodies, and no body slides in a groove.
     pub fn floats(&self) -> bool {
+        if self.rods.is_empty() && self.free.iter().any(|rod| rod.from.body.is_none()) {
+            return false;
+        }
         let on_bodies = |rod: &AssemblyRod| rod.from.body.is_some() && rod.to.body.is_some();
         self.rods.iter().all(on_bodies) && self.bodies.iter().all(|body| body.groove.is_none())
     }
@@ -184,7 +262,7 @@ impl AssemblyScene {
     /// Joints of the base and the end of every rod to the ground, rods with a free end last. `None` at a body, and at a
     /// free end.
     pub fn grounds(&self) -> Vec<[Option<Joint>; 2]> {
-        let joint = |site: &Site| site.body.is_none().then_some(site.joint);
+        let joint = |site: &Site| site.body.is_none().then_some(site.joint.shown());
         let held = self.rods.iter();
         let held = held.map(|rod| [joint(&rod.from), joint(&rod.to)]);
         let free = self.free.iter().map(|rod| [joint(&rod.from), None]);

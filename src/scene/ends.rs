@@ -49,12 +49,23 @@ pub enum Translation {
 
 /// The rotation of a clamp, in the plane about its normal.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Turn {
-    /// Axis in the world, not zero, of any length; in the plane +z.
-    pub axis: [f64; 3],
-    /// Angle in radians: at a constant rate, or a sine.
-    #[serde(flatten)]
-    pub angle: History,
+#[serde(untagged)]
+pub enum Turn {
+    /// About an axis.
+    About {
+        /// Axis in the world, not zero, of any length; in the plane +z.
+        axis: [f64; 3],
+        /// Angle in radians: at a constant rate, a sine, or a table of angles, smooth between them and at rest before
+        /// and after.
+        #[serde(flatten)]
+        angle: History,
+    },
+    /// By rotation vectors in the world.
+    Vectors {
+        /// Rows [t, x, y, z] of increasing times, the vectors in radians: smooth between them, at rest before and
+        /// after.
+        table: Vec<[f64; 4]>,
+    },
 }
 
 /// A rotation that takes the world axes to the directors.
@@ -123,6 +134,12 @@ pub struct End {
     pub load: f64,
     /// Frame of force and couple. False (the default): the world. True: the directors at the end (a follower load).
     pub follower: bool,
+    /// Force along the directors at the end, beside the dead one; default 0.
+    #[serde(skip_serializing_if = "is_none")]
+    pub follower_force: [f64; 3],
+    /// Couple along the directors at the end, beside the dead one; default 0.
+    #[serde(skip_serializing_if = "is_none")]
+    pub follower_couple: [f64; 3],
 }
 
 fn all_free(position: &[Component; 3]) -> bool {
@@ -138,6 +155,8 @@ impl Default for End {
             couple: [0.0; 3],
             load: 1.0,
             follower: false,
+            follower_force: [0.0; 3],
+            follower_couple: [0.0; 3],
         }
     }
 }

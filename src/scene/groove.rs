@@ -49,17 +49,17 @@ pub struct GrooveCircle {
 }
 
 impl Groove {
-    /// The curve in units of `length`.
+    /// The curve.
     ///
     /// # Errors
     /// As [`body::Groove`].
-    pub fn curve(&self, length: f64) -> Result<body::Groove> {
-        let place = |x: &[f64; 3]| Vector3::from(*x) / length;
+    pub fn curve(&self) -> Result<body::Groove> {
+        let place = |x: &[f64; 3]| Vector3::from(*x);
         match self {
             Self::Line { line } => body::Groove::line(place(&line.point), line.direction.into()),
             Self::Circle { circle } => {
-                let (axis, radius) = (circle.axis.into(), circle.radius / length);
-                body::Groove::circle(place(&circle.centre), axis, radius, None)
+                let axis = circle.axis.into();
+                body::Groove::circle(place(&circle.centre), axis, circle.radius, None)
             }
             Self::Spline { spline, closed } => {
                 let points: Vec<Vector3<f64>> = spline.iter().map(place).collect();

@@ -17,7 +17,10 @@ pub struct Loads {
     /// Dead force per length of the unloaded rod.
     #[serde(skip_serializing_if = "LoadAlong::is_zero")]
     pub distributed: LoadAlong,
-    /// In statics: the common factor of gravity and distributed force; default 1.
+    /// In statics: force per length of the unloaded rod along its directors, with which it turns.
+    #[serde(skip_serializing_if = "LoadAlong::is_zero")]
+    pub follower: LoadAlong,
+    /// In statics: the common factor of gravity and forces along the rod; default 1.
     pub load: f64,
     /// Couple; 0 for a point mass.
     pub couple: Load,
@@ -35,6 +38,7 @@ impl Default for Loads {
             gravity: [0.0; 3],
             dead: [0.0; 3],
             distributed: LoadAlong::default(),
+            follower: LoadAlong::default(),
             load: 1.0,
             couple: Load::default(),
             drag: 0.0,
@@ -44,7 +48,7 @@ impl Default for Loads {
     }
 }
 
-/// A dead force per length of the unloaded rod, in the world.
+/// A force per length of the unloaded rod, along the axes of the world, or along the directors for one that turns.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum LoadAlong {

@@ -1,7 +1,7 @@
 //! Treatment of the small mass of elastic rods: first-order inertia where possible, none elsewhere.
 
 use super::{AssemblyScene, Inertia, Method, Rod, Scales, Scene, SceneKind, Site};
-use crate::error::{Error, Result};
+use crate::error::{Error, Quantity, Result};
 use serde_json::{Value, json};
 
 /// Mass ratio rod / body from which a rod counts as heavy: first-order inertia is then not the default.
@@ -66,7 +66,7 @@ impl Rod {
     /// Mass of the rod over the unit of mass, which is that of the first body; at rest it is the rod's own. `None` if
     /// the mass is unknown.
     pub(crate) fn mass_over_unit(&self, scales: &Scales) -> Option<f64> {
-        Some(self.mass()? / scales.mass)
+        Some(scales.inward(Quantity::Mass, self.mass()?))
     }
 
     /// Mass of the rod over the unit of mass.
@@ -81,12 +81,17 @@ impl Rod {
 }
 
 impl Scene {
+    /// True for a planar rod that bears no load along it but its weight: first-order inertia includes the weight in
+    /// closed form. Under another load a planar rod runs in space.
+    pub(super) fn stays_in_plane(&self) -> bool {
+        self.is_planar() && self.loads.distributed.is_zero()
+    }
+
     /// Reason why the mass of the rod cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
         let run = self.run.as_ref()?;
-        // Only runs in space exclude a method. A planar rod under a load along it runs in space, too.
-        let closed = self.is_planar() && self.loads.distributed.is_zero();
-        if closed {
+        // Only runs in space exclude a method.
+        if self.stays_in_plane() {
             None
         } else {
             method_excludes_first_order(run.method)

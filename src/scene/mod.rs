@@ -61,6 +61,7 @@ mod branch;
 mod ends;
 mod fault;
 mod groove;
+mod joint;
 mod loads;
 mod lower;
 mod mass_policy;
@@ -73,6 +74,7 @@ mod run;
 mod scales;
 mod section;
 mod start;
+mod tendon;
 mod units;
 
 pub use crate::body::{Block, History, Pulse, Ramp, Sine};
@@ -91,6 +93,7 @@ pub use ends::{
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use groove::{Groove, GrooveCircle, GrooveLine};
+pub use joint::{SiteJoint, SlideAxis, TurnAxis};
 pub use loads::{Force, Load, LoadAlong, Loads};
 pub use lower::{
     AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, ModelKind, MotionModel,
@@ -103,11 +106,12 @@ pub use read::{json_schema, reference};
 pub use rod::{Bends, Inertia, Material, Model, Rod};
 pub use run::Run;
 pub use scales::{Dimensionless, Scales};
-pub use section::{Barrier, Full, Outline, Section};
+pub use section::{Barrier, Drive, Full, Outline, Section};
 pub use start::{
     EndLoad, EndPose, InitialShape, RelaxedAt, Sheet, SheetName, Start, Straight, StrainField,
     StrainRate,
 };
+pub use tendon::{Pull, Tendon};
 pub use units::Units;
 
 use crate::{Error, Result};

@@ -1,5 +1,6 @@
 //! Parameters: numbers of a scene by dotted paths, with the rule what a branch may vary.
 
+use super::read::TENDONS;
 use super::{Scene, Units};
 use crate::error::{Error, Quantity};
 use serde::{Serialize, Serializer};
@@ -44,6 +45,8 @@ pub(super) enum Role {
     Rod,
     /// A strain of the unloaded rod.
     Rest,
+    /// The tension of a tendon, >= 0.
+    Tendon,
 }
 
 /// Defines the constants and the list of all of them.
@@ -56,13 +59,16 @@ macro_rules! variables {
 }
 
 const TURN: &str = "write the orientation as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }";
+const FREE: &str = "something of the end is held, or end.follower is true";
 const SECTION: &str =
     "in this scene it is rigid, varies along the rod, or is no number of the section law";
 const REST: &str = "it varies along the rod in this scene";
+const TENDON: &str = "the rod has no such tendon, or its length is given";
 const BODY: &str =
     "there is no such body, its load is in time, or it is a point mass, which takes no couple";
 const SITE: &str =
     "there is no such rod, or this end of it is on a body; a place on the ground can move";
+const JOINT: &str = "there is no such rod, or this end of it has no hinge or universal joint (couple), no slider or roller (force)";
 const SITE_TURN: &str =
     "of an end on the ground, written as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }";
 
@@ -72,8 +78,10 @@ variables! {
         "this component of the end is held, and its force part of the solution";
     END_COUPLE = "end" "couple.xyz" Quantity::Couple, Ends,
         "the orientation of the end is held, and its couple part of the solution";
+    END_FOLLOWER_FORCE = "end" "follower_force.xyz" Quantity::Force, Ends, FREE;
+    END_FOLLOWER_COUPLE = "end" "follower_couple.xyz" Quantity::Couple, Ends, FREE;
     END_LOAD = "end" "load" Quantity::Ratio, Ends,
-        "it is the common factor of end.force and end.couple, which are 0 in this scene";
+        "it is the common factor of the forces and couples of [end], which are 0 in this scene";
     END_POSITION = "end" "position.xyz" Quantity::Length, Ends,
         "this component of the end is not held: write end.position with a number for it";
     END_ANGLE = "end" "rotation.angle" Quantity::Ratio, Ends, TURN;
@@ -87,16 +95,25 @@ variables! {
     AXIAL = "rod.section" "axial" Quantity::Stiffness(5, 5), Rod, SECTION;
     CURVATURE = "rod.rest" "curvature[]" Quantity::Curvature, Rest, REST;
     TWIST = "rod.rest" "twist" Quantity::Curvature, Rest, REST;
+    DRIVE = "rod.drive" "amplitude" Quantity::Ratio, Rest, "there is no [rod.drive], whose amplitude it is";
+    TENSION = "rod" "tendon[].tension" Quantity::Force, Tendon, TENDON;
+    TENSION_OF = "rod[]" "tendon[].tension" Quantity::Force, Tendon, TENDON;
     GRAVITY = "loads" "gravity.xyz" Quantity::Acceleration, Along,
         "the rod has no mass that gravity could act on: write mass = 0.02 in [rod], or give its material a density";
     DISTRIBUTED = "loads" "distributed.xyz" Quantity::Distributed, Along,
         "it varies along the rod in this scene: vary loads.load, the common factor of gravity and distributed";
+    FOLLOWER = "loads" "follower.xyz" Quantity::Distributed, Along,
+        "it varies along the rod in this scene: vary loads.load, the common factor of the loads along the rod";
     LOADS_LOAD = "loads" "load" Quantity::Ratio, Along,
-        "it is the common factor of loads.gravity and loads.distributed, which are 0 in this scene";
+        "it is the common factor of loads.gravity, loads.distributed and loads.follower, which are 0 in this scene";
     BODY_FORCE = "body[]" "force.xyz" Quantity::Force, Ends, BODY;
     BODY_COUPLE = "body[]" "couple.xyz" Quantity::Couple, Ends, BODY;
     FROM_POSITION = "rod[]" "from.position.xyz" Quantity::Length, Ends, SITE;
     TO_POSITION = "rod[]" "to.position.xyz" Quantity::Length, Ends, SITE;
+    FROM_COUPLE = "rod[]" "from.couple" Quantity::Couple, Ends, JOINT;
+    TO_COUPLE = "rod[]" "to.couple" Quantity::Couple, Ends, JOINT;
+    FROM_FORCE = "rod[]" "from.force" Quantity::Force, Ends, JOINT;
+    TO_FORCE = "rod[]" "to.force" Quantity::Force, Ends, JOINT;
     FROM_ANGLE = "rod[]" "from.rotation.angle" Quantity::Ratio, Ends, SITE_TURN;
     TO_ANGLE = "rod[]" "to.rotation.angle" Quantity::Ratio, Ends, SITE_TURN;
 }
@@ -104,24 +121,25 @@ variables! {
 /// Letters of the components in space.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Names of component i of a field: `force.z` and `force[2]`. A name without a letter is the only one.
+/// Names of component i of a field: `force.z` and `force[2]`, `tendon[0].tension` and `tendon.0.tension`.
 fn names(field: &str, i: usize) -> [String; 2] {
     match field.strip_suffix(".xyz") {
         Some(stem) => [format!("{stem}.{}", AXES[i % 3]), format!("{stem}[{i}]")],
-        None => [(); 2].map(|()| field.replace("[]", &format!("[{i}]"))),
+        None => [format!("[{i}]"), format!(".{i}")].map(|at| field.replace("[]", &at)),
     }
 }
 
 impl Variable {
     /// Path of component i in table k.
     fn path(&self, k: usize, i: usize) -> Parameter {
-        Parameter::new((self.table, k), (self.field, i))
+        Parameter::new(self.table, k, self.field, i)
     }
 
     /// Number of components.
     fn len(&self) -> usize {
         match self.field {
             field if field.ends_with(".xyz") => 3,
+            field if field.starts_with("tendon") => TENDONS,
             field if field.ends_with("[]") => 2,
             _ => 1,
         }
@@ -152,10 +170,7 @@ impl Variable {
 
 impl Parameter {
     /// The number of component i of a field in table k.
-    pub(super) const fn new(
-        (table, k): (&'static str, usize),
-        (field, i): (&'static str, usize),
-    ) -> Self {
+    pub(super) const fn new(table: &'static str, k: usize, field: &'static str, i: usize) -> Self {
         let at = [k, i];
         Self { table, field, at }
     }
@@ -163,8 +178,10 @@ impl Parameter {
     /// Every parameter that some scene of a single rod has.
     pub fn all() -> Vec<Self> {
         let of_one = VARIABLES.iter().filter(|of| !of.table.ends_with("[]"));
+        // One tendon stands for all.
+        let count = |of: &Variable| if of.role == Role::Tendon { 1 } else { of.len() };
         of_one
-            .flat_map(|of| (0..of.len()).map(|i| of.path(0, i)))
+            .flat_map(|of| (0..count(of)).map(|i| of.path(0, i)))
             .collect()
     }
 
@@ -183,14 +200,29 @@ impl Parameter {
         self.is(Role::Rod)
     }
 
+    /// True if every value must be >= 0.
+    pub fn is_non_negative(self) -> bool {
+        self.is(Role::Tendon)
+    }
+
     /// True if the rod or the load along it depends on the parameter; false if only the ends do.
     pub fn changes_rod(self) -> bool {
         !self.is(Role::Ends)
     }
 
-    /// True for a parameter of the load along the rod.
+    /// True for a parameter of the dead load along the rod.
     pub fn is_along(self) -> bool {
-        self.is(Role::Along)
+        self.is(Role::Along) && !self.is_follower_along() && !self.is_factor_along()
+    }
+
+    /// True for the common factor of the loads along the rod.
+    pub fn is_factor_along(self) -> bool {
+        (self.table, self.field) == (LOADS_LOAD.table, LOADS_LOAD.field)
+    }
+
+    /// True for a parameter of the follower load along the rod.
+    pub fn is_follower_along(self) -> bool {
+        self.field == FOLLOWER.field
     }
 
     /// Symbol of the parameter's unit.

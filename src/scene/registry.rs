@@ -2,10 +2,11 @@
 
 use super::parameter::*;
 use super::{
-    AssemblyBody, AssemblyScene, Body, Clamp, ClampMotion, Component, Damping, Diagonal, End,
-    Extent, Force, FrictionLaw, History, InitialShape, Joint, Load, LoadAlong, Loads, Maxwell,
-    Orientation, Pulse, Ramp, RelaxedAt, Rod, Scene, SceneKind, Section, Sine, Site, Start,
-    Stiffness, StrainField, StrainMatrix, StrainRate, Translation,
+    AssemblyBody, AssemblyRod, AssemblyScene, Body, Clamp, ClampMotion, Component, Damping,
+    Diagonal, End, Extent, Force, FrictionLaw, Groove, History, InitialShape, Joint, Load,
+    LoadAlong, Loads, Maxwell, Orientation, Pull, Pulse, Ramp, RelaxedAt, Rod, Scene, SceneKind,
+    Section, Sine, Site, SiteJoint, Start, Stiffness, StrainField, StrainMatrix, StrainRate,
+    Tendon, Translation, Turn,
 };
 use crate::error::Quantity;
 use crate::section::Along;
@@ -87,7 +88,7 @@ impl Scene {
                     all.end(end);
                 }
                 all.clamp(&mut self.clamp);
-                all.rod(&mut self.rod, &loads.distributed);
+                all.rod(&mut self.rod, [&loads.distributed, &loads.follower]);
                 if let Some(body) = &mut self.body {
                     all.body(body);
                 }
@@ -120,6 +121,15 @@ fn uniform<'a>(
     each.filter_map(|(i, along)| Some((i, along.constant_mut()?)))
 }
 
+/// Given tensions, with the indices of their tendons.
+fn tensions(tendons: &mut [Tendon]) -> impl Iterator<Item = (usize, &mut f64)> {
+    let each = tendons.iter_mut().enumerate();
+    each.filter_map(|(i, tendon)| match &mut tendon.pull {
+        Pull::Tension(tension) => Some((i, tension)),
+        Pull::Length(_) => None,
+    })
+}
+
 /// The angle of an orientation that is given by axis and angle.
 fn angle(orientation: &mut Orientation) -> Option<(usize, &mut f64)> {
     match orientation {
@@ -134,9 +144,9 @@ impl<'a> Registry<'a> {
         (self.table, self.k, self.range) = (table, k, range);
     }
 
-    fn push(&mut self, (field, i): (&'static str, usize), of: Quantity, slot: &'a mut f64) {
+    fn push(&mut self, field: &'static str, i: usize, of: Quantity, slot: &'a mut f64) {
         self.numbers.push(Number {
-            path: Parameter::new((self.table, self.k), (field, i)),
+            path: Parameter::new(self.table, self.k, field, i),
             of,
             range: self.range,
             slot,
@@ -151,7 +161,7 @@ impl<'a> Registry<'a> {
         slots: impl IntoIterator<Item = &'a mut f64>,
     ) {
         for (i, slot) in slots.into_iter().enumerate() {
-            self.push((field, i), of, slot);
+            self.push(field, i, of, slot);
         }
     }
 
@@ -159,22 +169,29 @@ impl<'a> Registry<'a> {
     fn vary(&mut self, of: &Variable, slots: impl IntoIterator<Item = (usize, &'a mut f64)>) {
         let range = match of.role {
             Role::Ends | Role::Along => Square,
-            Role::Rod | Role::Rest => Any,
+            Role::Rod | Role::Rest | Role::Tendon => Any,
         };
         let k = if of.table.ends_with("[]") { self.k } else { 0 };
         self.at(of.table, k, range);
         for (i, slot) in slots {
-            self.push((of.field, i), of.of, slot);
+            self.push(of.field, i, of.of, slot);
         }
     }
 
     fn end(&mut self, end: &'a mut End) {
         // A load factor without loads is no number of the scene.
-        let is_loaded = end.force.iter().chain(&end.couple).any(|x| *x != 0.0);
+        let turning = end.follower_force.iter().chain(&end.follower_couple);
+        let mut loads = end.force.iter().chain(&end.couple).chain(turning);
+        let is_loaded = loads.any(|x| *x != 0.0);
+        let turns = end.is_loaded() && !end.follower;
         let free = end.position.map(|component| component == Component::Free);
         self.vary(&END_FORCE, each(&mut end.force).filter(|(i, _)| free[*i]));
         if end.orientation.is_none() {
             self.vary(&END_COUPLE, each(&mut end.couple));
+        }
+        if turns {
+            self.vary(&END_FOLLOWER_FORCE, each(&mut end.follower_force));
+            self.vary(&END_FOLLOWER_COUPLE, each(&mut end.follower_couple));
         }
         if is_loaded {
             self.vary(&END_LOAD, [(0, &mut end.load)]);
@@ -211,10 +228,18 @@ impl<'a> Registry<'a> {
                 }
             }
         }
-        if let Some(turn) = &mut motion.turn {
-            self.at("clamp.motion.turn", 0, Any);
-            let angle = [Quantity::Ratio, Quantity::AngularVelocity];
-            self.history(angle, &mut turn.angle);
+        self.at("clamp.motion.turn", 0, Any);
+        match &mut motion.turn {
+            None => {}
+            Some(Turn::About { angle, .. }) => {
+                self.history([Quantity::Ratio, Quantity::AngularVelocity], angle);
+            }
+            Some(Turn::Vectors { table }) => {
+                for [time, vector @ ..] in table {
+                    self.add("time", Quantity::Time, [time]);
+                    self.add("vector[]", Quantity::Ratio, vector);
+                }
+            }
         }
     }
 
@@ -267,7 +292,7 @@ impl<'a> Registry<'a> {
     }
 
     /// Adds the numbers of a rod under a load along its length.
-    fn rod(&mut self, rod: &'a mut Rod, load: &LoadAlong) {
+    fn rod(&mut self, rod: &'a mut Rod, loads: [&LoadAlong; 2]) {
         let linear = match &mut rod.section {
             Section::Diagonal(linear) => Some(linear),
             Section::Barrier(law) => Some(&mut law.linear),
@@ -277,9 +302,15 @@ impl<'a> Registry<'a> {
         let is_table = |along: &Along| !along.nodes().is_empty();
         let section = linear.as_deref();
         let in_section = |law: &Diagonal| law.stiffnesses().any(|(_, along)| is_table(along));
-        if !(matches!(load, LoadAlong::Table { .. })
+        let in_table = |load: &LoadAlong| matches!(load, LoadAlong::Table { .. });
+        if !(loads.into_iter().any(in_table)
             || section.is_some_and(in_section)
-            || rod.rest.all().any(is_table))
+            || rod.rest.all().any(is_table)
+            || rod
+                .drive
+                .iter()
+                .any(|drive| drive.shape.each().any(is_table))
+            || rod.tendons.iter().any(Tendon::has_places))
         {
             self.vary(&LENGTH, [(0, &mut rod.length)]);
         }
@@ -295,6 +326,11 @@ impl<'a> Registry<'a> {
         }
         self.vary(&CURVATURE, uniform(&mut rod.rest.curvature));
         self.vary(&TWIST, uniform([&mut rod.rest.twist]));
+        self.vary(
+            &DRIVE,
+            rod.drive.iter_mut().map(|drive| (0, &mut drive.amplitude)),
+        );
+        self.vary(&TENSION, tensions(&mut rod.tendons));
         if let Some(damping) = &mut rod.damping {
             self.damping(damping);
         }
@@ -342,17 +378,20 @@ impl<'a> Registry<'a> {
             StrainMatrix::Bending(x) => self.add(field, entry(0, 0), [x]),
             StrainMatrix::Proportional(x) => self.add("proportional", factor, [x]),
             StrainMatrix::Diagonal(all) => {
-                each(all).for_each(|(i, x)| self.push((field, i), entry(i, i), x));
+                each(all).for_each(|(i, x)| self.push(field, i, entry(i, i), x));
             }
             StrainMatrix::Full(rows) => {
                 let all = rows.as_flattened_mut().iter_mut().enumerate();
-                all.for_each(|(k, x)| self.push((field, k), entry(k / 6, k % 6), x));
+                all.for_each(|(k, x)| self.push(field, k, entry(k / 6, k % 6), x));
             }
         }
     }
 
-    /// Adds the numbers of the body of one rod. The mass is the unit, and left out.
+    /// Adds the numbers of the body of one rod.
     pub fn body(&mut self, body: &'a mut Body) {
+        self.at("body", 0, Any);
+        self.add("mass", Quantity::Mass, [&mut body.mass]);
+        self.groove(body.groove.as_mut());
         if let Joint::Weld {
             offset,
             inertia,
@@ -361,6 +400,24 @@ impl<'a> Registry<'a> {
         {
             self.at("body", 0, Square);
             self.extent(offset, inertia, rotor);
+        }
+    }
+
+    /// Adds the lengths of a groove. Its directions are of any length, and have no unit.
+    fn groove(&mut self, groove: Option<&'a mut Groove>) {
+        let length = Quantity::Length;
+        match groove {
+            None => {}
+            Some(Groove::Line { line }) => {
+                self.add("groove.line.point.xyz", length, &mut line.point);
+            }
+            Some(Groove::Circle { circle }) => {
+                self.add("groove.circle.centre.xyz", length, &mut circle.centre);
+                self.add("groove.circle.radius", length, [&mut circle.radius]);
+            }
+            Some(Groove::Spline { spline, .. }) => {
+                self.add("groove.spline[]", length, spline.as_flattened_mut());
+            }
         }
     }
 
@@ -375,7 +432,7 @@ impl<'a> Registry<'a> {
         for (k, x) in inertia.as_flattened_mut().iter_mut().enumerate() {
             let is_diagonal = k % 4 == 0;
             self.range = if is_diagonal { NormalSquare } else { Square };
-            self.push(("inertia[]", k), Quantity::Inertia, x);
+            self.push("inertia[]", k, Quantity::Inertia, x);
         }
     }
 
@@ -448,24 +505,14 @@ impl<'a> Registry<'a> {
 
     /// Adds the numbers of the loads of one rod, or of one body of an assembly.
     pub fn loads(&mut self, loads: &'a mut Loads, on: Loaded) {
-        let is_loaded = loads.gravity != [0.0; 3] || !loads.distributed.is_zero();
+        let is_loaded =
+            loads.gravity != [0.0; 3] || !loads.distributed.is_zero() || !loads.follower.is_zero();
         if on != (Loaded::Rod { has_mass: false }) {
             self.vary(&GRAVITY, each(&mut loads.gravity));
         }
-        let of = Quantity::Distributed;
-        match &mut loads.distributed {
-            LoadAlong::Constant(force) => self.vary(&DISTRIBUTED, each(force)),
-            LoadAlong::Polynomial { polynomial } => {
-                self.at("loads.distributed", 0, Square);
-                self.add("polynomial[]", of, polynomial.as_flattened_mut());
-            }
-            LoadAlong::Table { table } => {
-                self.at("loads.distributed", 0, Square);
-                for [s, force @ ..] in table {
-                    self.add("table.s", Quantity::Length, [s]);
-                    self.add("table.force.xyz", of, force);
-                }
-            }
+        self.along(("loads.distributed", &DISTRIBUTED), &mut loads.distributed);
+        if on != Loaded::Body {
+            self.along(("loads.follower", &FOLLOWER), &mut loads.follower);
         }
         // A load factor without loads is no number of the scene.
         if on != Loaded::Body && is_loaded {
@@ -476,20 +523,40 @@ impl<'a> Registry<'a> {
         self.add("drag", Quantity::Drag, [&mut loads.drag]);
         let drag = &mut loads.rotational_drag;
         self.add("rotational_drag", Quantity::RotationalDrag, [drag]);
-        self.in_time(("loads.force[]", |i| i), FORCE, &mut loads.force);
+        self.in_time("loads.force[]", |i| i, FORCE, &mut loads.force);
         match &mut loads.couple {
             Load::Constant(couple) => {
                 self.at("loads", 0, Square);
                 self.add("couple.xyz", Quantity::Couple, couple);
             }
-            Load::InTime(parts) => self.in_time(("loads.couple[]", |i| i), COUPLE, parts),
+            Load::InTime(parts) => self.in_time("loads.couple[]", |i| i, COUPLE, parts),
+        }
+    }
+
+    /// Adds a load along a rod.
+    fn along(&mut self, (table, constant): (&'static str, &Variable), load: &'a mut LoadAlong) {
+        let of = Quantity::Distributed;
+        match load {
+            LoadAlong::Constant(force) => self.vary(constant, each(force)),
+            LoadAlong::Polynomial { polynomial } => {
+                self.at(table, 0, Square);
+                self.add("polynomial[]", of, polynomial.as_flattened_mut());
+            }
+            LoadAlong::Table { table: rows } => {
+                self.at(table, 0, Square);
+                for [s, force @ ..] in rows {
+                    self.add("table.s", Quantity::Length, [s]);
+                    self.add("table.force.xyz", of, force);
+                }
+            }
         }
     }
 
     /// Adds loads in time, a table each, of one quantity and its rate.
     fn in_time(
         &mut self,
-        (table, index): (&'static str, impl Fn(usize) -> usize),
+        table: &'static str,
+        index: impl Fn(usize) -> usize,
         of: [Quantity; 2],
         parts: &'a mut [Force],
     ) {
@@ -499,19 +566,23 @@ impl<'a> Registry<'a> {
         }
     }
 
-    /// Adds the numbers of body k of an assembly, without its mass.
+    /// Adds the numbers of body k of an assembly.
     pub fn assembly_body(&mut self, k: usize, body: &'a mut AssemblyBody) {
+        let is_massless = body.is_massless();
         self.k = k;
         match &mut body.force {
             Load::Constant(force) => self.vary(&BODY_FORCE, each(force)),
-            Load::InTime(parts) => self.in_time(("body[].force", |_| k), FORCE, parts),
+            Load::InTime(parts) => self.in_time("body[].force", |_| k, FORCE, parts),
         }
         match &mut body.couple {
             // A point mass takes no couple.
             Load::Constant(_) if body.extent.is_none() => {}
             Load::Constant(couple) => self.vary(&BODY_COUPLE, each(couple)),
-            Load::InTime(parts) => self.in_time(("body[].couple", |_| k), COUPLE, parts),
+            Load::InTime(parts) => self.in_time("body[].couple", |_| k, COUPLE, parts),
         }
+        self.at("body[]", k, Any);
+        self.add("mass", Quantity::Mass, [&mut body.mass]);
+        self.groove(body.groove.as_mut());
         self.at("body[]", k, Square);
         let (v, w) = (&mut body.velocity, &mut body.angular_velocity);
         self.add("velocity.xyz", Quantity::Velocity, v);
@@ -522,13 +593,22 @@ impl<'a> Registry<'a> {
         if let Some(guess) = &mut body.guess {
             self.add("guess.position.xyz", Quantity::Length, &mut guess.position);
         }
-        if let Some(extent) = &mut body.extent {
+        if let Some(extent) = body.extent.as_mut().filter(|_| !is_massless) {
             let Extent {
                 offset,
                 inertia,
                 rotor,
             } = extent;
             self.extent(offset, inertia, rotor);
+        }
+    }
+
+    /// Adds the constant couple or force in a joint.
+    fn joint(&mut self, [couple, force]: [&Variable; 2], joint: &'a mut SiteJoint) {
+        if joint.couple_mut().is_some() {
+            self.vary(couple, joint.couple_mut().map(|x| (0, x)));
+        } else {
+            self.vary(force, joint.force_mut().map(|x| (0, x)));
         }
     }
 
@@ -539,9 +619,16 @@ impl<'a> Registry<'a> {
         }
         for (k, rod) in assembly.rods.iter_mut().enumerate() {
             self.k = k;
-            let [from, to] = [&mut rod.from, &mut rod.to].map(on_ground);
+            let AssemblyRod { from, to, .. } = rod;
+            let (joint, place) = split(from);
+            self.joint([&FROM_COUPLE, &FROM_FORCE], joint);
+            let from = place;
+            let (joint, place) = split(to);
+            self.joint([&TO_COUPLE, &TO_FORCE], joint);
+            let to = place;
             self.vary(&FROM_POSITION, from.0.into_iter().flat_map(each));
             self.vary(&TO_POSITION, to.0.into_iter().flat_map(each));
+            self.vary(&TENSION_OF, tensions(&mut rod.rod.tendons));
             self.vary(&FROM_ANGLE, from.1.and_then(angle));
             self.vary(&TO_ANGLE, to.1.and_then(angle));
         }
@@ -549,8 +636,11 @@ impl<'a> Registry<'a> {
 }
 
 /// Position and orientation of an attachment on the ground; none of one on a body.
-fn on_ground(site: &mut Site) -> (Option<&mut [f64; 3]>, Option<&mut Orientation>) {
+type PlaceOnGround<'a> = (Option<&'a mut [f64; 3]>, Option<&'a mut Orientation>);
+
+/// Joint of an attachment, and its place on the ground.
+fn split(site: &mut Site) -> (&mut SiteJoint, PlaceOnGround<'_>) {
     let is_on_ground = site.body.is_none();
     let place = is_on_ground.then_some((&mut site.position, &mut site.orientation));
-    place.unzip()
+    (&mut site.joint, place.unzip())
 }

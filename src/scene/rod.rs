@@ -1,6 +1,6 @@
 //! The rod of a scene: its section, friction and memory.
 
-use super::{Section, section::flattened};
+use super::{Drive, Section, Tendon, section::flattened};
 use crate::section::Rest;
 use crate::section::rate::{Damping, Maxwell, StrainMatrix};
 use crate::{Error, Result};
@@ -28,6 +28,12 @@ pub struct Rod {
     pub section: Section,
     /// `[rod.rest]`: strains without load; only in space.
     pub rest: Rest,
+    /// `[rod.drive]`: what is added to the rest strains; only in space, in statics.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
+    /// `[[rod.tendon]]`: tendons, at most 16, only in space; default none.
+    #[serde(rename = "tendon", skip_serializing_if = "Vec::is_empty")]
+    pub tendons: Vec<Tendon>,
     /// Internal friction; `None`: elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<Damping>,

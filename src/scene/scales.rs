@@ -87,6 +87,7 @@ impl Scales {
             Quantity::Length => self.length,
             Quantity::Time => self.time,
             Quantity::Rate | Quantity::AngularVelocity => 1.0 / self.time,
+            Quantity::Mass => self.mass,
             Quantity::Velocity => self.velocity,
             Quantity::Acceleration => self.acceleration,
             Quantity::Inertia => self.mass * self.length * self.length,
@@ -153,9 +154,7 @@ impl Scales {
 
     /// A body of an assembly in the library's units.
     pub(super) fn body(&self, body: &AssemblyBody) -> AssemblyBody {
-        let mut body = self.convert(body.clone(), |all, body| all.assembly_body(0, body));
-        body.mass /= self.mass;
-        body
+        self.convert(body.clone(), |all, body| all.assembly_body(0, body))
     }
 
     /// The motion of a support in the library's units.
@@ -220,11 +219,9 @@ impl Scene {
     /// As [`Scene::scales`].
     pub fn dimensionless(&self) -> Result<Dimensionless> {
         let scales = self.scales()?;
-        let mut body = scales.convert(self.body()?.clone(), |all, body| all.body(body));
-        body.mass = 1.0;
         Ok(Dimensionless {
             clamp: scales.convert(self.clamp.clone(), |all, clamp| all.clamp(clamp)),
-            body,
+            body: scales.convert(self.body()?.clone(), |all, body| all.body(body)),
             start: scales.convert(self.start.clone(), |all, start| all.start(start)),
             loads: scales.convert(self.loads.clone(), |all, loads| {
                 all.loads(loads, Loaded::Body)

@@ -1,6 +1,6 @@
 //! Section of a rod in a scene: section law and rest strains.
 
-use crate::section::{BarrierTerm, Diagonal, Profile, Shape, ShapeSettings, StrainName};
+use crate::section::{BarrierTerm, Diagonal, Profile, RestDrive, Shape, ShapeSettings, StrainName};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::collections::BTreeMap;
@@ -113,4 +113,14 @@ pub struct Barrier {
     pub linear: Diagonal,
     /// The barrier.
     pub barrier: BarrierTerm,
+}
+
+/// Rest strains that are driven, as of muscles or a swelling rod: a shape along the rod times an amplitude.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Drive {
+    /// Strains per unit of amplitude.
+    #[serde(flatten)]
+    pub shape: RestDrive,
+    /// The amplitude; default 1.
+    pub amplitude: f64,
 }

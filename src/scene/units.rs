@@ -78,6 +78,7 @@ impl Units {
             Quantity::Ratio => "",
             Quantity::Time => self.time(),
             Quantity::Length => self.length(),
+            Quantity::Mass => self.mass(),
             Quantity::Velocity => self.velocity(),
             Quantity::Acceleration => self.si("m/s²"),
             Quantity::AngularVelocity => self.si("rad/s"),

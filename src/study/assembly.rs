@@ -1,5 +1,6 @@
 //! Assemblies at rest: static equilibrium, and the effect of the rods' mass there.
 
+use crate::assembly::AssemblyEquilibrium;
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::RodCurve;
@@ -83,6 +84,15 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
     let in_units = |e| scene.in_own_units(e);
     let setup = AssemblySetup::new(scene).map_err(in_units)?;
     let found = setup.equilibrium().map_err(in_units)?;
+    described(scene, &setup, found)
+}
+
+/// The record of an equilibrium of the scene.
+pub(in crate::study) fn described(
+    scene: &Scene,
+    setup: &AssemblySetup,
+    found: AssemblyEquilibrium,
+) -> Result<AssemblyEquilibriumRecord> {
     let (given, k) = (scene.assembly(), &setup.scales);
     let bodies = given.iter().flat_map(|given| &given.bodies);
     let bodies = bodies.zip(&found.now.bodies).map(|(body, place)| {

@@ -101,10 +101,21 @@ impl SceneRun<'_> {
 
 /// Refuses a scene of statics before any setup; a bar is always a motion.
 fn require_motion(scene: &Scene) -> Result<()> {
-    if scene.is_bar() {
-        return Ok(());
+    match scene.kind {
+        SceneKind::Bar(_) => Ok(()),
+        SceneKind::Assembly(_) | SceneKind::Rod => scene.run().map(drop),
     }
-    scene.run().map(drop)
+}
+
+/// Rods in motion; a bar is refused with the reason `of_bar`.
+fn prepared_rods(scene: &Scene, of_bar: &str) -> Result<Prepared> {
+    match scene.kind {
+        SceneKind::Bar(_) => Err(Error::domain(of_bar)),
+        SceneKind::Assembly(_) | SceneKind::Rod => {
+            scene.run()?;
+            Prepared::new(scene)
+        }
+    }
 }
 
 /// Result of a scene.
@@ -172,13 +183,8 @@ pub fn shapes(
     points: usize,
     hooks: &mut dyn Hooks,
 ) -> Result<(Vec<String>, Vec<Shapes>)> {
-    require_motion(scene)?;
-    if scene.is_bar() {
-        return Err(Error::domain(
-            "a bar stays straight: its places over time are in the table waves",
-        ));
-    }
-    let prepared = Prepared::new(scene)?;
+    let of_bar = "a bar stays straight: its places over time are in the table waves";
+    let prepared = prepared_rods(scene, of_bar)?;
     let found = run::shapes(&prepared, times, points, hooks)?;
     let rods = prepared.header.rods.into_iter();
     Ok((rods.map(|rod| rod.name).collect(), found))
@@ -189,13 +195,8 @@ pub fn shapes(
 /// # Errors
 /// Those of [`run::samples`]; a bar.
 pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
-    require_motion(scene)?;
-    if scene.is_bar() {
-        return Err(Error::domain(
-            "a bar is sampled at even times: run.samples has how many",
-        ));
-    }
-    run::samples(&Prepared::new(scene)?, times, hooks)
+    let of_bar = "a bar is sampled at even times: run.samples has how many";
+    run::samples(&prepared_rods(scene, of_bar)?, times, hooks)
 }
 
 /// Sets a scene up, which finds errors invisible to the parser. The result is the effect of the mass of light rods,

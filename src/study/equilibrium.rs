@@ -2,9 +2,10 @@
 
 use super::record::{Cell, Column, Table};
 use super::space::quaternion;
+use super::tendons::{Pulled, TendonsRecord, equilibrium_with_tendons};
 use crate::error::Result;
 use crate::math::se3::halves;
-use crate::rod::{Equilibrium, RodSection};
+use crate::rod::{Equilibrium, RodSection, ZeroMode};
 use crate::scene::{Scene, Units};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
@@ -22,12 +23,18 @@ pub struct EquilibriumRecord {
     pub weight: Option<Vector3<f64>>,
     /// Base wrench, end, index and solution path.
     pub found: Equilibrium,
+    /// Neutral motions by a symmetry of the scene: they leave the energy as it is. The index leaves these motions out.
+    pub zero_modes: Vec<ZeroMode>,
     /// True if the loads have a potential: only then the index decides stability.
     pub conservative: bool,
+    /// True if the equilibrium has an index: no load turns with the rod beside a dead one, or along it.
+    pub indexed: bool,
     /// True if the inverse of a linear, uniform section law was formed only once.
     pub uniform: bool,
     /// Evenly spaced sections, from the clamp to the end.
     pub sections: Vec<RodSection>,
+    /// Tendons of the rod, if any. Couples and forces of the equilibrium are then totals of rod and tendons.
+    pub tendons: Option<TendonsRecord>,
 }
 
 /// Sections of the shape.
@@ -38,8 +45,25 @@ const SECTIONS: usize = 201;
 /// # Errors
 /// Data without a well-posed problem; no equilibrium found.
 pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
-    let problem = scene.problem()?;
-    let found = problem.solve(scene.guess().as_ref())?;
+    described(equilibrium_with_tendons(scene)?)
+}
+
+/// The record of an equilibrium of a scene.
+pub(in crate::study) fn described(pulled: Pulled) -> Result<EquilibriumRecord> {
+    let Pulled {
+        scene,
+        problem,
+        mut found,
+        tendons,
+    } = pulled;
+    let sections = problem.shape(&found.base, SECTIONS)?;
+    let law = scene.rod.tendon_law()?;
+    let tendons = tendons.zip(law);
+    let tendons = tendons.map(|(tendons, law)| tendons.along(&law, &sections));
+    if let Some(tendons) = &tendons {
+        // The law of a rod with tendons stores their potential as well.
+        found.end.energy -= tendons.potential();
+    }
     Ok(EquilibriumRecord {
         units: scene.units,
         length: scene.rod.length,
@@ -49,9 +73,12 @@ pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
         } else {
             None
         },
+        zero_modes: problem.zero_modes(&found.base),
         conservative: problem.is_conservative(),
+        indexed: !problem.is_mixed(),
         uniform: problem.rod().hoists_inverse(),
-        sections: problem.shape(&found.base, SECTIONS)?,
+        sections,
+        tendons,
         found,
     })
 }
@@ -75,7 +102,8 @@ impl EquilibriumRecord {
             "tip_force": found.end.force.as_slice(),
             "tip_couple": found.end.couple.as_slice(),
             "energy": found.end.energy,
-            "index": found.index,
+            "index": self.indexed.then_some(found.index),
+            "zero_modes": self.zero_modes.iter().map(ZeroMode::to_string).collect::<Vec<_>>(),
             "stable": self.conservative.then_some(found.index == 0),
             "conservative": self.conservative,
             "residual": found.residual,
@@ -91,6 +119,12 @@ impl EquilibriumRecord {
                 "smallest_damping": route.damping,
             },
         });
+        if let Some(tendons) = &self.tendons {
+            let [couple, force] = tendons.base;
+            summary["tendons"] = json!(tendons.each);
+            summary["backbone_base_force"] = json!(force.as_slice());
+            summary["backbone_base_couple"] = json!(couple.as_slice());
+        }
         if let Some(weight) = &self.weight {
             summary["weight"] = json!(weight.as_slice());
             summary["potential"] = json!(found.potential);
@@ -131,9 +165,17 @@ impl EquilibriumRecord {
         );
         three(["m1", "m2", "m3"], couple, "couple about the director");
         three(["n1", "n2", "n3"], force, "force along the director");
-        let energy = "energy stored between the clamp and here";
+        let mut energy = "energy stored between the clamp and here";
+        if self.tendons.is_some() {
+            energy = "energy stored between the clamp and here, with tension times length of the tendons";
+            let alone = ["couple in the rod alone", "force in the rod alone"];
+            three(["rod_m1", "rod_m2", "rod_m3"], couple, alone[0]);
+            three(["rod_n1", "rod_n2", "rod_n3"], force, alone[1]);
+        }
         columns.push(Column::reals("energy", units.energy(), energy));
         let mut table = Table::new("shape", columns);
+        let alone = self.tendons.iter().flat_map(|tendons| &tendons.along);
+        let mut alone = alone.map(|w| w.iter().copied());
         for section in &self.sections {
             let (m, n) = resultants(section);
             let row: Vec<Cell> = std::iter::once(section.s)
@@ -142,6 +184,7 @@ impl EquilibriumRecord {
                 .chain(section.strain.iter().copied())
                 .chain(m.iter().copied())
                 .chain(n.iter().copied())
+                .chain(alone.next().into_iter().flatten())
                 .chain([section.energy])
                 .map(Cell::Real)
                 .collect();

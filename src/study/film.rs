@@ -127,7 +127,7 @@ pub fn film(
                 let now = camera.look(&*motion.now())?;
                 // Long steps are examined inside.
                 let near = camera.trace.step.min(camera.pictures.step);
-                let parts = (camera.measure.way(&last, &now.0) / near).ceil();
+                let parts = (camera.measure.way(&last, &now.at) / near).ceil();
                 let parts = (parts as usize).clamp(1, INNER);
                 for k in 1..parts {
                     let t = from + (to - from) * k as f64 / parts as f64;
@@ -142,7 +142,7 @@ pub fn film(
                 if camera.follow(&now) {
                     camera.picture(&*motion.now(), &now)?;
                 }
-                last = now.0;
+                last = now.at;
                 hooks.progress((to / duration).min(1.0), to * time);
                 if hooks.interrupted() {
                     return Err(Error::domain("it was interrupted"));
@@ -181,14 +181,15 @@ pub fn film(
     }
     if camera.trace.lacks(last.t) {
         let traced = of.moment_without_index(&*motion.now());
-        camera.trace.keep(&camera.measure, (last, traced, false));
+        let kept = Kept::freely(last, traced);
+        camera.trace.keep(&camera.measure, kept);
     }
     let shaped = |still: &Still| still.rods.iter().all(|rod| rod.len() > 1);
-    let stills = camera.pictures.kept.into_iter().map(|(_, still, _)| still);
+    let stills = camera.pictures.kept.into_iter().map(|kept| kept.item);
     let trace = camera.trace.kept.into_iter();
     Ok(Film {
         stills: stills.filter(shaped).collect(),
-        trace: trace.map(|(_, traced, _)| traced).collect(),
+        trace: trace.map(|kept| kept.item).collect(),
         steps,
     })
 }
@@ -211,7 +212,7 @@ struct Camera<'f> {
 }
 
 impl Camera<'_> {
-    fn look(&self, state: &dyn State) -> Result<(StateFingerprint, Moment)> {
+    fn look(&self, state: &dyn State) -> Result<Seen> {
         let now = self.of.moment_without_index(state);
         let arm = ARM * self.measure.length;
         let seen = |body: &BodyMoment| {
@@ -223,7 +224,8 @@ impl Camera<'_> {
             let rods = self.of.curves(state, 9)?;
             places.extend(rods.iter().flatten().map(|(_, at)| at.translation.vector));
         }
-        Ok((StateFingerprint { t: now.t, places }, now))
+        let at = StateFingerprint { t: now.t, places };
+        Ok(Seen { at, now })
     }
 
     fn still(&self, state: &dyn State, now: Moment, place: PictureRole) -> Result<Still> {
@@ -239,46 +241,52 @@ impl Camera<'_> {
     }
 
     /// Traces a state if it is far enough from the last traced one; true if it is far enough from the last picture.
-    fn follow(&mut self, (seen, traced): &(StateFingerprint, Moment)) -> bool {
-        if self.trace.wants(&self.measure, seen) {
-            self.trace
-                .keep(&self.measure, (seen.clone(), traced.clone(), false));
+    fn follow(&mut self, seen: &Seen) -> bool {
+        if self.trace.wants(&self.measure, &seen.at) {
+            let kept = Kept::freely(seen.at.clone(), seen.now.clone());
+            self.trace.keep(&self.measure, kept);
         }
-        self.pictures.wants(&self.measure, seen)
+        self.pictures.wants(&self.measure, &seen.at)
     }
 
     /// Takes a picture.
-    fn picture(
-        &mut self,
-        state: &dyn State,
-        (seen, traced): &(StateFingerprint, Moment),
-    ) -> Result<()> {
-        let still = self.still(state, traced.clone(), PictureRole::Way)?;
-        self.pictures
-            .keep(&self.measure, (seen.clone(), still, false));
+    fn picture(&mut self, state: &dyn State, seen: &Seen) -> Result<()> {
+        let still = self.still(state, seen.now.clone(), PictureRole::Way)?;
+        let kept = Kept::freely(seen.at.clone(), still);
+        self.pictures.keep(&self.measure, kept);
         Ok(())
     }
 
     /// Keeps a picture of a state unconditionally.
     fn keep(&mut self, state: &dyn State, place: PictureRole) -> Result<StateFingerprint> {
-        let (seen, traced) = self.look(state)?;
-        let still = self.still(state, traced.clone(), place)?;
+        let Seen { at, now } = self.look(state)?;
+        let still = self.still(state, now.clone(), place)?;
         let held = place != PictureRole::Way;
-        self.trace.keep(&self.measure, (seen.clone(), traced, held));
-        self.pictures
-            .keep(&self.measure, (seen.clone(), still, held));
-        Ok(seen)
+        let kept = Kept {
+            held,
+            ..Kept::freely(at.clone(), now)
+        };
+        self.trace.keep(&self.measure, kept);
+        let kept = Kept {
+            held,
+            ..Kept::freely(at.clone(), still)
+        };
+        self.pictures.keep(&self.measure, kept);
+        Ok(at)
     }
 
     /// Inserts shapes of the layer after the picture of the fold, evenly chosen by displacement.
     fn fall(&mut self, snap: &Snap, shapes: Option<Vec<Fallen>>) {
-        let (Some((seen, fold, _)), Some(shapes)) = (self.pictures.kept.last(), shapes) else {
+        let (Some(fold), Some(shapes)) = (self.pictures.kept.last(), shapes) else {
             return;
         };
-        let seen = seen.clone();
-        for still in falling(snap, &shapes, fold, &self.of.header.scales) {
-            self.pictures
-                .keep(&self.measure, (seen.clone(), still, true));
+        let at = fold.at.clone();
+        for still in falling(snap, &shapes, &fold.item, &self.of.header.scales) {
+            let kept = Kept {
+                held: true,
+                ..Kept::freely(at.clone(), still)
+            };
+            self.pictures.keep(&self.measure, kept);
         }
     }
 
@@ -360,10 +368,32 @@ impl StateDistance<'_> {
     }
 }
 
+/// A state with its place on the way.
+struct Seen {
+    at: StateFingerprint,
+    now: Moment,
+}
+
+/// An item of a thinned list.
+struct Kept<T> {
+    at: StateFingerprint,
+    item: T,
+    /// True if the item is never dropped.
+    held: bool,
+}
+
+impl<T> Kept<T> {
+    /// An item that may be dropped.
+    fn freely(at: StateFingerprint, item: T) -> Self {
+        let held = false;
+        Self { at, item, held }
+    }
+}
+
 /// A list of bounded length. At the bound the minimum distance grows, and items closer to each other are dropped,
 /// except held ones.
 struct ThinnedList<T> {
-    kept: Vec<(StateFingerprint, T, bool)>,
+    kept: Vec<Kept<T>>,
     /// Current minimum distance.
     step: f64,
     most: usize,
@@ -380,16 +410,16 @@ impl<T> ThinnedList<T> {
     }
 
     fn wants(&self, measure: &StateDistance, at: &StateFingerprint) -> bool {
-        let far = |(last, ..): &(StateFingerprint, T, bool)| measure.way(last, at) >= self.step;
+        let far = |last: &Kept<T>| measure.way(&last.at, at) >= self.step;
         self.kept.last().is_none_or(far)
     }
 
     /// True if all items are earlier than t.
     fn lacks(&self, t: f64) -> bool {
-        self.kept.last().is_none_or(|(at, ..)| at.t < t)
+        self.kept.last().is_none_or(|kept| kept.at.t < t)
     }
 
-    fn keep(&mut self, measure: &StateDistance, one: (StateFingerprint, T, bool)) {
+    fn keep(&mut self, measure: &StateDistance, one: Kept<T>) {
         self.kept.push(one);
         if self.kept.len() > 2 * self.most {
             self.thin(measure, 3 * self.most / 2);
@@ -398,10 +428,10 @@ impl<T> ThinnedList<T> {
 
     /// Drops items until at most `most` remain, besides held ones.
     fn thin(&mut self, measure: &StateDistance, most: usize) {
-        while self.kept.iter().filter(|(.., held)| !held).count() > most {
+        while self.kept.iter().filter(|kept| !kept.held).count() > most {
             self.step *= 1.05;
             for one in std::mem::take(&mut self.kept) {
-                if one.2 || self.wants(measure, &one.0) {
+                if one.held || self.wants(measure, &one.at) {
                     self.kept.push(one);
                 }
             }

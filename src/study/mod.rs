@@ -4,6 +4,7 @@
 //! units and meaning, and the few numbers and words that sum them up. Everything that is printed, written or drawn is
 //! made from these records.
 
+pub mod all_equilibria;
 pub mod assembly;
 pub mod bar;
 pub mod branch;
@@ -26,7 +27,9 @@ pub mod sheets;
 mod solid;
 mod space;
 pub mod sweep;
+pub mod tendons;
 
+pub use all_equilibria::{AllEquilibriaRecord, all_equilibria};
 pub use branch::{BranchRecord, branch};
 pub use elastica::{ElasticaRecord, EquilibriaRecord, elastica, equilibria};
 pub use equilibrium::{EquilibriumRecord, equilibrium};

@@ -165,6 +165,20 @@ impl Column {
         }
     }
 
+    /// This column without its rows.
+    pub fn without_rows(&self) -> Self {
+        Self {
+            values: match self.values {
+                Values::Reals(_) => Values::Reals(Vec::new()),
+                Values::Integers(_) => Values::Integers(Vec::new()),
+                Values::Words(_) => Values::Words(Vec::new()),
+            },
+            name: self.name.clone(),
+            unit: self.unit.clone(),
+            meaning: self.meaning.clone(),
+        }
+    }
+
     /// True if the type of the cell fits.
     fn takes(&self, cell: &Cell) -> bool {
         match cell {

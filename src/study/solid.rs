@@ -52,7 +52,7 @@ impl Solid {
     pub(super) fn within(self, groove: Option<&scene::Groove>) -> Self {
         Self {
             // An invalid curve is refused when the motion is built.
-            groove: groove.and_then(|groove| groove.curve(1.0).ok()),
+            groove: groove.and_then(|groove| groove.curve().ok()),
             ..self
         }
     }

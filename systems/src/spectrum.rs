@@ -30,8 +30,8 @@ pub(crate) fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>>
             _ if steps == MOST => return None,
             _ => {
                 steps += 1;
-                let [one, other] = shifts(&h, (start, end), steps);
-                step(&mut h, (start, end), one, other);
+                let [one, other] = shifts(&h, start, end, steps);
+                step(&mut h, start, end, one, other);
                 continue;
             }
         }
@@ -92,7 +92,7 @@ fn of_two([a, b, c, d]: [f64; 4]) -> [Complex<f64>; 2] {
 
 /// The two shifts of a step in the block: the eigenvalues of its last two rows or, if real, twice the one nearer to
 /// the last entry.
-fn shifts(h: &DMatrix<f64>, (start, end): (usize, usize), step: usize) -> [Complex<f64>; 2] {
+fn shifts(h: &DMatrix<f64>, start: usize, end: usize, step: usize) -> [Complex<f64>; 2] {
     let last = h[(end - 1, end - 1)];
     if step.is_multiple_of(EXCEPTIONAL) {
         let (corner, size) = match step % (2 * EXCEPTIONAL) {
@@ -112,12 +112,7 @@ fn shifts(h: &DMatrix<f64>, (start, end): (usize, usize), step: usize) -> [Compl
 
 /// One step with two shifts, both real or conjugate, in the block. Only the block is transformed: eigenvectors are
 /// not needed.
-fn step(
-    h: &mut DMatrix<f64>,
-    (start, end): (usize, usize),
-    one: Complex<f64>,
-    other: Complex<f64>,
-) {
+fn step(h: &mut DMatrix<f64>, start: usize, end: usize, one: Complex<f64>, other: Complex<f64>) {
     let first = |h: &DMatrix<f64>, m: usize| {
         let (here, next) = (h[(m, m)], h[(m + 1, m + 1)]);
         let below = h[(m + 1, m)];

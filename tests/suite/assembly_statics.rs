@@ -394,7 +394,7 @@ fn buckle(pieces: usize) {
     };
     let start = column(0.0).unwrap().equilibrium(None, 1e-11).unwrap();
     assert_eq!(start.index, 0);
-    let family = AssemblyFamily::new(column, (&start.now, 0.0), false, 14.0, 1e-12).unwrap();
+    let family = AssemblyFamily::new(column, &start.now, 0.0, false, 14.0, 1e-12).unwrap();
     let options = Options {
         max_step: 1.0,
         ..Options::between(0.0, 14.0)
@@ -710,7 +710,7 @@ fn a_deep_arch_has_the_limit_points_of_its_half() {
         weight: 0.25,
         ..Options::between(low, high)
     };
-    let family = AssemblyFamily::new(arch, (&top.now, low), false, 100.0, 1e-12).unwrap();
+    let family = AssemblyFamily::new(arch, &top.now, low, false, 100.0, 1e-12).unwrap();
     let branch = along(&family, &top.now, options.clone());
     let clamped = half().with_clamp(left.translation.vector, left.rotation);
     let slider = |p: f64| {
@@ -774,7 +774,7 @@ fn a_deep_arch_is_followed_through_its_limit_points() {
         max_step: 1.0,
         ..Options::between(-1.5, 12.0)
     };
-    let family = AssemblyFamily::new(arch, (&start.now, -1.5), false, 10.0, 1e-13).unwrap();
+    let family = AssemblyFamily::new(arch, &start.now, -1.5, false, 10.0, 1e-13).unwrap();
     let branch = along(&family, &start.now, options);
     let place = |at: &Point| {
         let now = family.state(&at.x, at.p).unwrap().now;

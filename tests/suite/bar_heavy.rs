@@ -3,7 +3,7 @@
 
 use crate::support::{assert_close, json, number, rows};
 use serde_json::Value;
-use snaprod::bar::{Bar, End, FiniteVolumes, Material, Motion, Spectral, Stress, heavy};
+use snaprod::bar::{Bar, BarMotion, End, FiniteVolumes, Material, Spectral, Stress, heavy};
 use snaprod::body::History;
 
 /// n = (lam - 1/lam^2)/3 and density `eps`: a unit bar of mass eps, n'(1) = 1.

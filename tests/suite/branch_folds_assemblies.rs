@@ -216,9 +216,9 @@ fn taut_rods_fold_alike_in_both_charts() {
             after.position - before.position,
         ];
         let found = both
-            .fold_in_chart((&at.x, &z), at.p, &moved.map(|by| by / (2.0 * h)))
+            .fold_in_chart(&at.x, &z, at.p, &moved.map(|by| by / (2.0 * h)))
             .unwrap();
-        let expected = base.fold((&b, &(rate * unit)), at.p).unwrap();
+        let expected = base.fold(&b, &(rate * unit), at.p).unwrap();
         assert_eq!(expected.against, rate * unit);
         near(found[0].abs(), expected.drive.abs(), 1e-6);
         near(found[1].abs(), expected.bend.abs(), 1e-6);
@@ -233,7 +233,7 @@ fn a_chart_that_knows_no_factor_is_refused_as_such() {
     let problem = |_: f64| Problem::new(rod.clone(), conditions, 1e-10);
     let base = RodFamily::new(problem, false, 1.0);
     let (x, z) = (DVector::from_element(6, 0.1), DVector::from_element(6, 1.0));
-    let refused = base.fold_in_chart((&x, &z), 0.0, &[Vector3::x(), Vector3::y()]);
+    let refused = base.fold_in_chart(&x, &z, 0.0, &[Vector3::x(), Vector3::y()]);
     let message = refused.unwrap_err().to_string();
     assert!(message.contains("knows no factor"), "{message}");
 }

@@ -495,3 +495,53 @@ fn histories_are_what_they_say() {
     let clamp = Support::<2>::new(Pair::zeros(), 0.0).unwrap();
     assert!(clamp.with_turning(kinked).is_err());
 }
+
+/// Catches a wrong velocity or acceleration of a clamp turned by rotation vectors, near 0 and beyond a whole turn. Also
+/// catches rotation vectors of constant direction that differ from a turn about an axis.
+#[test]
+fn clamps_turn_by_rotation_vectors() {
+    let smooth = |rows: &[[f64; 2]]| History::smooth(rows).unwrap();
+    let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.8, 0.4));
+    let clamp = || Support::<3>::new(Vector3::new(0.1, 0.2, -0.3), &rotation).unwrap();
+    let components = [
+        smooth(&[[0.0, 0.0], [1.0, 2.0], [2.0, 7.0]]),
+        smooth(&[[0.0, 0.0], [0.7, -1.0], [2.0, 3.0]]),
+        smooth(&[[0.0, 0.0], [1.3, 0.5], [2.0, -1.0]]),
+    ];
+    let turning = clamp().with_rotation_vector(components).unwrap();
+    let x = Vector3::new(0.4, -0.5, 0.7);
+    let place = |t: f64| turning.at(t).place(&x);
+    for t in [0.02, 0.4, 1.0, 1.6, 1.98] {
+        let frame = turning.at(t);
+        let h = 1e-3;
+        // Differences of fourth order.
+        let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(|k| place(t + k * h));
+        let velocity = (a - b * 8.0 + c * 8.0 - d) / (12.0 * h);
+        let acceleration = (-a + b * 16.0 - place(t) * 30.0 + c * 16.0 - d) / (12.0 * h * h);
+        let told = frame.outward(&frame.velocity_of_fixed_point(&x));
+        assert!(
+            (told - velocity).norm() < 1e-7 * (1.0 + velocity.norm()),
+            "velocity at {t}"
+        );
+        let told = frame.acceleration_of_fixed_point(&x);
+        let size = 1.0 + acceleration.norm();
+        assert!(
+            (told - acceleration).norm() < 1e-6 * size,
+            "acceleration at {t}: {told} {acceleration}"
+        );
+    }
+    let axis = Vector3::new(2.0, -1.0, 2.0) / 3.0;
+    let rows = [[0.0, 0.0], [0.8, 1.5], [2.0, 4.0]];
+    let about = clamp().with_turning(&axis, smooth(&rows)).unwrap();
+    let along = |i: usize| smooth(&rows.map(|[t, angle]| [t, angle * axis[i]]));
+    let by = clamp()
+        .with_rotation_vector([along(0), along(1), along(2)])
+        .unwrap();
+    for t in [0.0, 0.3, 1.1, 2.5] {
+        let (a, b) = (about.at(t), by.at(t));
+        assert!((a.place(&x) - b.place(&x)).norm() < 1e-14);
+        assert!(
+            (a.acceleration_of_fixed_point(&x) - b.acceleration_of_fixed_point(&x)).norm() < 1e-12
+        );
+    }
+}

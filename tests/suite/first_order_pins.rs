@@ -60,7 +60,7 @@ fn a_straight_bar_adds_a_third_and_a_sixth_of_its_mass() {
     let kinetic = mass / 6.0 * (v[0].dot(&v[0]) + v[0].dot(&v[1]) + v[1].dot(&v[1]));
     let found = assembly.rod_kinetic(&at, 1e-13);
     assert!((found / kinetic - 1.0).abs() < 1e-11, "{found} {kinetic}");
-    let (_, slots) = assembly.slots();
+    let [_, slots] = assembly.slots();
     let [a, b] = [0, 3].map(|k| Vector3::from_fn(|i, _| slope[slots[k + i]]));
     let pull = along * (stretch * axial);
     let left = a * (masses[0] + mass / 3.0) + b * (mass / 6.0) - pull;

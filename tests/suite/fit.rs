@@ -595,3 +595,49 @@ fn the_program_fits_and_refuses() {
     ]);
     assert!(refused.refusal().contains("stiffnes"), "{refused:?}");
 }
+
+/// Young's modulus of aluminium rods between fixed grips, from three peak loads of a laboratory. Critical loads are E
+/// p(L), so that the least squares are in closed form: P (1 - P/EA + P/GA) = 4 pi^2 EI/L^2, GA with the shear factor
+/// 0.888641 (reference of acceptance-rods 26). Catches a branch fitted as one equilibrium, a branch point of another
+/// row, and an interval of other degrees of freedom than two.
+#[test]
+fn buckling_loads_give_the_modulus() {
+    let rod = r#"
+units = "si"
+[rod]
+model = "cosserat"
+length = 0.4981
+material = { E = 68.947e9, nu = 0.33 }
+section = { circle = { diameter = 0.00634 } }
+[end]
+position = [0.0, 0.0, "free"]
+rotation = { axis = [0, 0, 1], angle = 0 }
+force = [0.0, 0.0, -1.0]
+[continue]
+parameter = "end.force.z"
+from = -400.0
+to = -5000.0
+step = 0.5
+max_step = 0.5
+"#;
+    let data = "rod.length,continue.from,continue.to,BP1\n0.2412,-3600,-5000,-4352.15918\n\
+                0.3412,-1800,-2500,-2117.97974\n0.4981,-840,-1200,-849.59418\n";
+    let free = vec![Vary::free("rod.material.E=7e10:9e10").unwrap()];
+    let given = ["rod.length", "continue.from", "continue.to"].map(str::to_owned);
+    let data = Data::parse(data).unwrap();
+    let fit = Fit::new(rod.to_owned(), Vec::new(), free, data, &given, &[]).unwrap();
+    let found = fit.search(&fit.start(0, 0), &mut Silent).unwrap();
+    let found = fit.best(found.into_iter().collect(), 1, &mut Silent);
+    let modulus = &found.unwrap().parameters[0];
+    let (value, error) = (80_125_390_732.045, 1_995_729_074.681_4);
+    assert!((modulus.value / value - 1.0).abs() < 1e-9, "{modulus:?}");
+    let sigma = modulus.standard_error.unwrap();
+    assert!((sigma / error - 1.0).abs() < 1e-8, "{modulus:?}");
+    // Student's t with two degrees of freedom: 0.95 sqrt(2/(1 - 0.95^2)).
+    let t = 0.95 * (2.0 / (1.0 - 0.95f64.powi(2))).sqrt();
+    let [low, high] = modulus.interval.unwrap();
+    assert!(
+        ((high - low) / (2.0 * t * error) - 1.0).abs() < 1e-8,
+        "{modulus:?}"
+    );
+}

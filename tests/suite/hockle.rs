@@ -197,7 +197,7 @@ fn taut_rods_fall_as_slack_ones_do() {
                 link.set_chart(chart);
                 let point = link.point(0.0, &[body], q, 1e-13).unwrap();
                 assert_eq!(point.end.is_taut(), chart.is_taut());
-                fold_form(&massive, (&link, q, &point)).unwrap().0
+                fold_form(&massive, &link, q, &point).unwrap().0
             });
         for (a, b) in [
             (by_base.inertial(1e-3), taut.inertial(1e-3)),

@@ -443,7 +443,7 @@ fn a_ball_joint_bears_no_couple_under_a_load() {
             links.collect::<Result<_, _>>()?,
         )
     };
-    let family = AssemblyFamily::new(over, (&rest.now, 0.0), false, 1.0, 1e-13).expect("a family");
+    let family = AssemblyFamily::new(over, &rest.now, 0.0, false, 1.0, 1e-13).expect("a family");
     let x = family.unknowns(&rest.now, 0.0).expect("unknowns");
     let at = |p: f64| family.linearised(&x, p).expect("a point");
     for p in [0.0, 0.7] {

@@ -1,5 +1,7 @@
 //! The integration tests, one binary.
 
+#[cfg(feature = "cli")]
+mod all_states;
 mod arrows;
 mod assembly;
 #[cfg(feature = "scene")]
@@ -64,6 +66,8 @@ mod fit;
 mod folds_in_assemblies;
 #[cfg(feature = "scene")]
 mod folds_in_space;
+#[cfg(feature = "scene")]
+mod follower_loads;
 #[cfg(feature = "cli")]
 mod free_ends;
 #[cfg(feature = "scene")]
@@ -80,6 +84,8 @@ mod heavy_assemblies;
 #[cfg(feature = "scene")]
 mod heavy_bounces;
 #[cfg(feature = "scene")]
+mod heavy_elements;
+#[cfg(feature = "scene")]
 mod heavy_grooves;
 #[cfg(feature = "scene")]
 mod heavy_loops;
@@ -92,6 +98,8 @@ mod heavy_scenes;
 mod hockle;
 mod inertia;
 mod inversion;
+#[cfg(feature = "scene")]
+mod joints;
 #[cfg(feature = "scene")]
 #[cfg(all(feature = "cli", unix))]
 mod kills;
@@ -196,6 +204,8 @@ mod taut;
 mod taut_branches;
 mod taut_loads;
 mod taut_mass;
+#[cfg(feature = "scene")]
+mod tendons;
 mod truss;
 mod viscous;
 mod viscous_identities;
@@ -204,3 +214,5 @@ mod viscous_space;
 mod viscous_space_runs;
 #[cfg(feature = "cli")]
 mod widths;
+#[cfg(feature = "scene")]
+mod zero_modes;

@@ -81,7 +81,7 @@ fn straight_rods_have_the_vibrations_of_beams() {
             };
             let q = Vector6::zeros();
             let point = link.point(0.0, &[], &q, 1e-13).unwrap();
-            let found = held_modes(&massive(link.rod()), (&link, &q, &point), 2).unwrap();
+            let found = held_modes(&massive(link.rod()), &link, &q, &point, 2).unwrap();
             for (mode, bending) in found.iter().zip([1.0, 1.7]) {
                 let square = bending * root.powi(4) / (EPS * length.powi(3));
                 near(mode.square, square, 1e-8);
@@ -102,8 +102,7 @@ fn bent_rods_vibrate_as_in_the_plane() {
         let at = Equilibrium::from_lambda_p(lam, p).unwrap();
         let now = laid(link, &at, &Vector2::zeros());
         let point = link.point(0.0, &now.bodies, &now.charts[0], 1e-13).unwrap();
-        let rod = (link, &now.charts[0], &point);
-        let found = held_modes(&massive(link.rod()), rod, 1).unwrap()[0];
+        let found = held_modes(&massive(link.rod()), link, &now.charts[0], &point, 1).unwrap()[0];
         let expected = held_in_plane(at.p, at.w, 1).unwrap()[0];
         near(found.square * EPS, expected.stiffness, 1e-8);
         near(found.proportional * EPS, expected.friction, 1e-8);
@@ -126,8 +125,7 @@ fn folds_have_the_normal_form_of_the_plane() {
         let expected = elastica::FoldNormalForm::new(at.p, at.w, &v).unwrap();
         let now = laid(link, &at, &v);
         let point = link.point(0.0, &now.bodies, &now.charts[0], 1e-13).unwrap();
-        let rod = (link, &now.charts[0], &point);
-        let (found, eta) = fold_form(&massive(link.rod()), rod).unwrap();
+        let (found, eta) = fold_form(&massive(link.rod()), link, &now.charts[0], &point).unwrap();
         near(found.inertial(EPS), expected.inertial(EPS), 1e-6);
         near(found.viscous(1e-3), expected.viscous(1e-3), 1e-6);
         near(

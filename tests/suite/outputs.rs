@@ -5,7 +5,7 @@ use crate::program::Place;
 use serde_json::Value;
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
-use snaprod::study::{Silent, Table, branch, dispatch, memory, modes};
+use snaprod::study::{Silent, Table, all_equilibria, branch, dispatch, memory, modes};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Scenes of motion with overrides that shorten them; together they have every kind of table and event.
@@ -161,10 +161,27 @@ fn written() -> Names {
         let file = format!("equilibrium.json, {kind}");
         paths(names.entry(file).or_default(), "", &summary);
     }
+    let record = all_equilibria(&scene("cantilever", &[]), 14.0, &mut Silent).unwrap();
+    columns(&mut names, "equilibria.csv", &record.table().unwrap());
+    let mut summary = record.summary();
+    for state in summary["equilibria"].as_array_mut().unwrap() {
+        assert!(state["equilibrium"]["energy"].is_number());
+        state["equilibrium"] = Value::Null;
+    }
+    paths(
+        names.entry("equilibria.json".to_owned()).or_default(),
+        "",
+        &summary,
+    );
     let record = branch(&scene("lateral", &[]), &mut Silent).unwrap();
     columns(&mut names, "branch.csv", &record.branches.points);
     let mut summary = record.summary();
     summary["scene"] = Value::Null;
+    // The keys of a state are the columns of branch.csv.
+    for at in summary["special_points"].as_array_mut().unwrap() {
+        assert!(at["state"]["energy"].is_number());
+        at["state"] = Value::Null;
+    }
     paths(
         names.entry("special_points.json".to_owned()).or_default(),
         "",

@@ -413,8 +413,8 @@ fn normal_form_of_a_fold(turned: Vector3<f64>) {
     let near = link
         .point(0.0, &[placed(rod.fold)], &q, 1e-13)
         .expect("a place");
-    let fold = link.fold((&q, &near), 1e-13).expect("a fold");
-    let (form, _) = fold_form(&massive, (&link, &q, &near)).expect("a normal form");
+    let fold = link.fold(&q, &near, 1e-13).expect("a fold");
+    let (form, _) = fold_form(&massive, &link, &q, &near).expect("a normal form");
     let at = 1e-8;
     let held = Isometry3::translation(0.0, 0.0, rod.fold - at);
     // F = A' d - B a^2.
@@ -425,7 +425,7 @@ fn normal_form_of_a_fold(turned: Vector3<f64>) {
         let point = link
             .point(0.0, &[placed(rod.fold - at)], &q, 1e-13)
             .expect("a place");
-        held_modes(&massive, (&link, &q, &point), 1).expect("modes")[0]
+        held_modes(&massive, &link, &q, &point, 1).expect("modes")[0]
     });
     assert!(before.square * behind.square < 0.0);
     let found = 0.5 * (before.square - behind.square).abs();

@@ -226,11 +226,11 @@ fn bad_numbers_never_panic() {
             snapshots(
                 &Snapshots {
                     shapes: vec![
-                        Shape {
+                        DrawnShape {
                             time: 0.0,
                             axis: curve.clone(),
                         },
-                        Shape {
+                        DrawnShape {
                             time: bad,
                             axis: curve.clone(),
                         },
@@ -537,7 +537,7 @@ fn marks_in_time_have_the_name_that_is_given() {
             ..StrainMap::default()
         };
         let shapes = Snapshots {
-            shapes: vec![Shape {
+            shapes: vec![DrawnShape {
                 time: 0.0,
                 axis: Curve::new([[0.0, 0.0], [1.0, 0.0]]),
             }],

@@ -364,7 +364,7 @@ pub fn snapshots_data(m: &Motion) -> Snapshots {
     Snapshots {
         shapes: picks
             .into_iter()
-            .map(|i| Shape {
+            .map(|i| DrawnShape {
                 time: m.t[i],
                 axis: shape(m.q[i][0], m.q[i][1]),
             })
@@ -626,9 +626,9 @@ pub fn lines_data() -> Lines {
         x_log: true,
         y_log: true,
         series: vec![
-            series("DOP853, desingularised", 8.0, 900.0, Trace::LineMarks),
-            series("DOP853, plain", 7.0, 1500.0, Trace::LineMarks),
-            series("RK4", 4.0, 500.0, Trace::LineMarks),
+            series("DOP853, desingularised", 8.0, 900.0, LineStyle::LineMarks),
+            series("DOP853, plain", 7.0, 1500.0, LineStyle::LineMarks),
+            series("RK4", 4.0, 500.0, LineStyle::LineMarks),
         ],
         ..Lines::default()
     }

@@ -106,7 +106,7 @@ pub fn layer_data() -> LayerFigure {
         shapes: [
             4.0, 8.0, 10.0, 11.5, 12.5, 13.5, 14.5, 15.5, 17.0, 19.0, 22.0,
         ]
-        .map(|t| Shape {
+        .map(|t| DrawnShape {
             time: t,
             axis: held(q(t)),
         })
@@ -128,7 +128,7 @@ pub fn convergence_data() -> Lines {
                 .map(|e| size * e.powf(order) * (1.0 + 0.8 * e.powf(1.0 / 3.0)))
                 .collect(),
             x: eta,
-            trace: Trace::LineMarks,
+            trace: LineStyle::LineMarks,
             ..Series::default()
         }
     };

@@ -131,6 +131,7 @@ fn moved(rod: &Rod, end: &EndConditions, turn: &UnitQuaternion<f64>) -> (Rod, En
         force: along(&end.force),
         couple: along(&end.couple),
         follower: end.follower,
+        turning: end.turning,
         arm: end.arm,
     };
     (rod.clone().with_clamp(place, *turn), end)

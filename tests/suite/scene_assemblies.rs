@@ -398,7 +398,6 @@ fn rods_must_make_an_assembly() {
             18,
             "rod[1].to",
         ),
-        (tree.clone() + &rod("s", "", ""), 18, "rod[1].to"),
         (
             tree.clone()
                 + &rod("s", "", &on("a"))

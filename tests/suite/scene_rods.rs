@@ -572,6 +572,7 @@ fn parameters_are_the_numbers_they_name() {
         [loads]
         gravity = [31.5, 32.5, 33.5]
         distributed = [34.5, 35.5, 36.5]
+        follower = [51.5, 52.5, 53.5]
         load = 37.5
         [rod.section]
         bending = [11.5, 12.5]
@@ -586,8 +587,10 @@ fn parameters_are_the_numbers_they_name() {
         rotation = { axis = [0.0, 0.0, 1.0], angle = 2.125 }
         [end]
     "#;
-    let load =
-        format!("{all}\nforce = [21.5, 22.5, 23.5]\ncouple = [24.5, 25.5, 26.5]\nload = 27.5");
+    let load = format!(
+        "{all}\nforce = [21.5, 22.5, 23.5]\ncouple = [24.5, 25.5, 26.5]\nload = 27.5\n\
+                 follower_force = [41.5, 42.5, 43.5]\nfollower_couple = [44.5, 45.5, 46.5]"
+    );
     let held = format!(
         "{all}\nposition = [3.25, 3.125, 3.75]\nrotation = {{ axis = [1.0, 0.0, 0.0], angle = 28.5 }}"
     );
@@ -595,8 +598,15 @@ fn parameters_are_the_numbers_they_name() {
         "[rod.section]",
         "[rod.section]\nlaw = 'barrier'\nbarrier = { strength = 1, half_widths = [0.01, 0.02] }",
     );
+    let driven = load.replace(
+        "[rod.section]",
+        "[[rod.tendon]]\noffset = [0.0, 0.1]\ntension = 0.4375\n\
+         [rod.drive]\ncurvature = [0.0, 1.0]\namplitude = 0.1875\n[rod.section]",
+    );
     let expected = [
         ("rod.length", 8.25),
+        ("rod.tendon[0].tension", 0.4375),
+        ("rod.drive.amplitude", 0.1875),
         ("rod.section.bending[0]", 11.5),
         ("rod.section.bending[1]", 12.5),
         ("rod.section.torsion", 13.5),
@@ -617,6 +627,12 @@ fn parameters_are_the_numbers_they_name() {
         ("end.couple[1]", 25.5),
         ("end.couple[2]", 26.5),
         ("end.load", 27.5),
+        ("end.follower_force[0]", 41.5),
+        ("end.follower_force.y", 42.5),
+        ("end.follower_force[2]", 43.5),
+        ("end.follower_couple.x", 44.5),
+        ("end.follower_couple[1]", 45.5),
+        ("end.follower_couple[2]", 46.5),
         ("end.position[0]", 3.25),
         ("end.position[1]", 3.125),
         ("end.position.z", 3.75),
@@ -628,9 +644,12 @@ fn parameters_are_the_numbers_they_name() {
         ("loads.distributed[1]", 35.5),
         ("loads.distributed[2]", 36.5),
         ("loads.load", 37.5),
+        ("loads.follower[0]", 51.5),
+        ("loads.follower.y", 52.5),
+        ("loads.follower[2]", 53.5),
     ];
     let mut seen = Vec::new();
-    for text in [&load, &held, &law] {
+    for text in [&load, &held, &law, &driven] {
         let scene = parse(text);
         for (path, value) in expected {
             let parameter: Parameter = path.parse().unwrap();

@@ -528,3 +528,86 @@ fn columns_of_every_kind_have_units() {
         ],
     );
 }
+
+/// Half of a toggle between clamps: half span 12.943, rise 0.386, pushed down at its crown.
+const TOGGLE: &str = r#"
+[rod]
+model = "cosserat"
+length = 12.94875457331708
+section = { bending = [9270.0, 9270.0], torsion = 9270.0, axial = 1885000.0 }
+[clamp]
+rotation = { axis = [1, 0, 0], angle = -0.029814233400285155 }
+[end]
+position = [0.0, "free", 12.943]
+rotation = { axis = [1, 0, 0], angle = -0.029814233400285155 }
+force = [0.0, -1.0, 0.0]
+[solve]
+path = "planar"
+[continue]
+parameter = "end.force.y"
+from = 0.0
+to = -20.0
+step = 0.05
+max_step = 0.5
+"#;
+
+/// Special points as columns, by order and by value. The loads at the fold and the slopes by EA and B, as central
+/// differences, are those of the linearised equations (reference of acceptance-rods 27; P is twice the load of one
+/// half, and B dP/dB + EA dP/dEA = P). Catches a branch swept as one equilibrium, the fold of another label, and a
+/// point that is missing without a word.
+#[test]
+fn folds_are_columns_of_a_sweep() {
+    let rows = |vary: &str, columns: &[&str]| -> Vec<Vec<String>> {
+        let columns = columns.iter().map(|name| (*name).to_owned()).collect();
+        let vary = vec![Vary::parse(vary).unwrap()];
+        let sweep = Sweep::new(TOGGLE.to_owned(), Vec::new(), vary, None, columns).unwrap();
+        let text = sweep.rows(0..sweep.points(), &mut Silent).unwrap();
+        text.lines().map(fields).collect()
+    };
+    let near = |x: f64, y: f64, to: f64| assert!((x / y - 1.0).abs() < to, "{x}, not {y}");
+    let (axial, slope) = (1.885e6, 4.969_013_941_744_1e-6);
+    let by_axial = rows(
+        "rod.section.axial=1884623:1885377:3",
+        &["LP1", "LP@-16.9", "LP@-15.6", "LP2", "LP1.y", "BP1"],
+    );
+    let number = |row: usize, k: usize| by_axial[row][k].parse::<f64>().unwrap();
+    near(-2.0 * number(1, 2), 33.861_233_016_363, 1e-9);
+    near(
+        (number(0, 2) - number(2, 2)) * 2.0 / (4e-4 * axial),
+        slope,
+        1e-6,
+    );
+    assert_eq!(by_axial[1][2], by_axial[1][3]);
+    assert_eq!(by_axial[1][4], by_axial[1][5]);
+    assert!((0.0..0.386).contains(&number(1, 6)), "{by_axial:?}");
+    let why = &by_axial[1][8];
+    assert!(
+        by_axial[1][7].is_empty() && why.contains("no BP1") && why.contains("LP1, LP2"),
+        "{why}"
+    );
+    let by_bending = rows(
+        "rod.section.bending=[[9268.146, 9270.0], [9271.854, 9270.0]]",
+        &["LP1"],
+    );
+    let number = |row: usize| by_bending[row][2].parse::<f64>().unwrap();
+    near(
+        (number(0) - number(1)) * 2.0 / 3.708,
+        0.002_642_356_174_341_5,
+        1e-6,
+    );
+    let place = Place::new("special");
+    place.write("toggle.toml", TOGGLE);
+    let columns = [
+        "sweep",
+        "toggle.toml",
+        "--vary",
+        "end.position.z=12.9:12.94:2",
+        "--column",
+    ];
+    let told = place.run(&[&columns[..], &["energy"]].concat());
+    assert!(
+        told.stderr.contains("take [continue] out"),
+        "{}",
+        told.stderr
+    );
+}

@@ -9,7 +9,7 @@ use snaprod::assembly::{
 };
 use snaprod::body::RigidBody;
 use snaprod::math::se3::{halves, join};
-use snaprod::rod::{DistributedLoad, Rod, Spring, Tip};
+use snaprod::rod::{DistributedLoad, Rod, Spring, TautLoad, Tip};
 use snaprod::section::Linear;
 
 /// Energy, and the wrenches on both bodies one after the other.
@@ -64,10 +64,13 @@ impl Case {
             Joint::Weld => Tip::Turned(*(aside * across).matrix()),
             _ => FREE,
         };
-        let beside = (&tip, &Spring::NONE);
+        let load = TautLoad {
+            along: &borne,
+            turns: false,
+        };
         let found = seen
             .rod()
-            .taut_beside(&n, beside, (Some(&borne), false), None, 1e-14);
+            .taut_beside(&n, &tip, &Spring::NONE, Some(load), None, 1e-14);
         let found = found.unwrap();
         Self {
             q: found.base.component_div(&link.units()),

@@ -6,7 +6,7 @@ use nalgebra::{
 };
 use snaprod::viscoelastic::grid::Grid;
 use snaprod::viscoelastic::kinematics::{Kinematics, Local};
-use snaprod::viscoelastic::space::{Curve, Space};
+use snaprod::viscoelastic::space::{FramedCurve, Space};
 
 /// (u, v) at s: smooth, no symmetry, |u| up to about 2 `size`.
 fn field(s: f64, size: f64) -> Vector6<f64> {
@@ -56,7 +56,7 @@ fn at_nodes<const M: usize>(grid: &Grid, e: impl Fn(f64) -> Vector6<f64>) -> Vec
     grid.nodes().iter().map(|s| part(&e(*s))).collect()
 }
 
-fn curve<const M: usize>(grid: &Grid, strains: &[Local<M>]) -> Curve {
+fn curve<const M: usize>(grid: &Grid, strains: &[Local<M>]) -> FramedCurve {
     Kinematics::<M, 6>::shape(&Space::<M, 6>::new(), grid, strains).expect("a shape")
 }
 
@@ -306,7 +306,7 @@ fn differentiates<const M: usize, const D: usize>(grid: &Grid) {
     };
     let shape = along(&moving, 0.0);
     let n = grid.len();
-    let velocity = |shape: &Curve| {
+    let velocity = |shape: &FramedCurve| {
         let parts: Vec<SVector<f64, D>> = (0..n)
             .map(|i| space.transfer(shape, i).transpose() * moving[i])
             .collect();

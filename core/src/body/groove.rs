@@ -19,11 +19,11 @@ const AT_KNOT: f64 = 1e-12;
 /// A curve x(phi): a line, a circle or a spline.
 #[derive(Debug, Clone)]
 pub struct Groove {
-    curve: Curve,
+    curve: GrooveCurve,
 }
 
 #[derive(Debug, Clone)]
-enum Curve {
+enum GrooveCurve {
     /// x = point + phi direction, phi a length.
     Line {
         point: Vector3<f64>,
@@ -57,7 +57,7 @@ impl Groove {
         check_components("point", &point)?;
         let direction = unit("direction", &direction)?;
         Ok(Self {
-            curve: Curve::Line { point, direction },
+            curve: GrooveCurve::Line { point, direction },
         })
     }
 
@@ -91,7 +91,7 @@ impl Groove {
         }
         let first = across.normalize();
         Ok(Self {
-            curve: Curve::Circle {
+            curve: GrooveCurve::Circle {
                 centre,
                 radius,
                 axes: [first, axis.cross(&first)],
@@ -141,17 +141,17 @@ impl Groove {
             closed,
         };
         Ok(Self {
-            curve: Curve::Spline(Arc::new(spline)),
+            curve: GrooveCurve::Spline(Arc::new(spline)),
         })
     }
 
     /// x, x_phi and x_phiphi. Beyond the ends of an open spline its first and its last piece are extended.
     pub fn at(&self, phi: f64) -> [Vector3<f64>; 3] {
         match &self.curve {
-            Curve::Line { point, direction } => {
+            GrooveCurve::Line { point, direction } => {
                 [point + direction * phi, *direction, Vector3::zeros()]
             }
-            Curve::Circle {
+            GrooveCurve::Circle {
                 centre,
                 radius,
                 axes: [a, b],
@@ -160,18 +160,18 @@ impl Groove {
                 let outward = (a * cos + b * sin) * *radius;
                 [centre + outward, (b * cos - a * sin) * *radius, -outward]
             }
-            Curve::Spline(spline) => spline.at(phi),
+            GrooveCurve::Spline(spline) => spline.at(phi),
         }
     }
 
     /// The parameter of the place nearest to `point`; of several, one of them. On a circle it lies in [-pi, pi].
     pub fn nearest(&self, point: &Vector3<f64>) -> f64 {
         match &self.curve {
-            Curve::Line {
+            GrooveCurve::Line {
                 point: from,
                 direction,
             } => direction.dot(&(point - from)),
-            Curve::Circle {
+            GrooveCurve::Circle {
                 centre,
                 axes: [a, b],
                 ..
@@ -179,7 +179,7 @@ impl Groove {
                 let d = point - centre;
                 b.dot(&d).atan2(a.dot(&d))
             }
-            Curve::Spline(spline) => self.nearest_of(spline, point),
+            GrooveCurve::Spline(spline) => self.nearest_of(spline, point),
         }
     }
 
@@ -248,16 +248,16 @@ impl Groove {
     /// Period of the parameter; None for an open curve.
     pub fn period(&self) -> Option<f64> {
         match &self.curve {
-            Curve::Line { .. } => None,
-            Curve::Circle { .. } => Some(TAU),
-            Curve::Spline(spline) => spline.closed.then(|| spline.length()),
+            GrooveCurve::Line { .. } => None,
+            GrooveCurve::Circle { .. } => Some(TAU),
+            GrooveCurve::Spline(spline) => spline.closed.then(|| spline.length()),
         }
     }
 
     /// The parameters of the ends, if there are any.
     pub fn ends(&self) -> Option<[f64; 2]> {
         match &self.curve {
-            Curve::Spline(spline) if !spline.closed => Some([0.0, spline.length()]),
+            GrooveCurve::Spline(spline) if !spline.closed => Some([0.0, spline.length()]),
             _ => None,
         }
     }
@@ -285,7 +285,7 @@ impl Groove {
 
     /// The first parameter beyond `from` on the way to `to` at which some derivative jumps, an end included.
     pub fn first_break(&self, from: f64, to: f64) -> Option<f64> {
-        let Curve::Spline(spline) = &self.curve else {
+        let GrooveCurve::Spline(spline) = &self.curve else {
             return None;
         };
         let length = spline.length();
@@ -320,20 +320,20 @@ impl Groove {
         let place = |x: &Vector3<f64>| frame.inverse_transform_point(&(*x).into()).coords;
         let turned = |v: &Vector3<f64>| frame.inverse_transform_vector(v);
         let curve = match &self.curve {
-            Curve::Line { point, direction } => Curve::Line {
+            GrooveCurve::Line { point, direction } => GrooveCurve::Line {
                 point: place(point),
                 direction: turned(direction),
             },
-            Curve::Circle {
+            GrooveCurve::Circle {
                 centre,
                 radius,
                 axes,
-            } => Curve::Circle {
+            } => GrooveCurve::Circle {
                 centre: place(centre),
                 radius: *radius,
                 axes: [turned(&axes[0]), turned(&axes[1])],
             },
-            Curve::Spline(spline) => Curve::Spline(Arc::new(Spline {
+            GrooveCurve::Spline(spline) => GrooveCurve::Spline(Arc::new(Spline {
                 knots: spline.knots.clone(),
                 pieces: spline
                     .pieces

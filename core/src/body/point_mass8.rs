@@ -5,7 +5,7 @@ use crate::manifold::{EightPoints, Eightfold};
 use crate::math::Row;
 use crate::math::lanes8::Eight;
 use crate::math::real::Real;
-use crate::solve::lobatto::{Block, Sweeps};
+use crate::solve::lobatto::{NodeRows, Sweeps};
 use nalgebra::SVector;
 use pulp::Simd;
 
@@ -40,7 +40,7 @@ impl<'a, const N: usize> EightMotion<'a, N> {
     }
 
     /// Acceleration, power and loss under loads in time or on a moving clamp, node by node, times the rate of time.
-    fn driven(&self, at: &Block, rate: &Row, slopes: &mut Block) {
+    fn driven(&self, at: &NodeRows, rate: &Row, slopes: &mut NodeRows) {
         for i in 0..8 {
             let vector = |rows: &[Row]| SVector::<f64, N>::from_fn(|k, _| rows[k][i]);
             let [pose, force] = [&self.points.pose, &self.points.force].map(|of| vector(of));
@@ -77,7 +77,7 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
     }
 
     #[inline(always)]
-    fn forces<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) -> bool {
+    fn forces<S: Simd>(&mut self, simd: S, at: &NodeRows, slopes: &mut NodeRows) -> bool {
         let Some(q) = at.0.first_chunk() else {
             return false;
         };
@@ -113,7 +113,7 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
     }
 
     #[inline(always)]
-    fn moves<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) {
+    fn moves<S: Simd>(&mut self, simd: S, at: &NodeRows, slopes: &mut NodeRows) {
         let slow = Eight::of(simd, self.slow);
         for k in 0..N {
             let mut sum = slow.with(0.0);

@@ -9,9 +9,10 @@ use nalgebra::{Isometry3, Matrix2, SMatrix, SVector, UnitQuaternion, Vector2, Ve
 ///
 /// Its axes (the rod leaves along the first one in the plane, along d3 in space) stand in the world as
 /// ```text
-/// R(t) = exp(angle(t) A) R0,     c(t) = c0 + sum_k direction_k history_k(t),
+/// R(t) = exp(sum_k angle_k(t) A_k) R0,     c(t) = c0 + sum_k direction_k history_k(t),
 /// ```
-/// with A the cross matrix of a fixed unit axis of the world, through the clamp; in the plane the axis is its normal.
+/// with A_k the cross matrices of fixed unit axes of the world, through the clamp: one axis, in the plane its normal,
+/// or the three axes of the world, whose angles are then the components of a rotation vector.
 ///
 /// A run describes rod and body as seen from the clamp, with components along its axes. In this frame the rod is that
 /// of a fixed clamp. Only the body has inertial forces, which [`Frame`] accounts for.
@@ -20,8 +21,55 @@ pub struct Support<const N: usize> {
     position: SVector<f64, N>,
     rotation: SMatrix<f64, N, N>,
     moves: Vec<(SVector<f64, N>, History)>,
-    /// Cross matrix A of the axis, and the angle.
-    turning: Option<(SMatrix<f64, N, N>, History)>,
+    /// Cross matrices A_k of the axes, and the angles.
+    turning: Vec<(SMatrix<f64, N, N>, History)>,
+}
+
+/// exp(X) of a cross matrix, with its angular velocity exp(-X) exp(X)' along the turned axes and the rate of that.
+fn turned_with_rates<const N: usize>(x: [SMatrix<f64, N, N>; 3]) -> [SMatrix<f64, N, N>; 3] {
+    let [x, x_t, x_tt] = x;
+    let bracket = |a: &SMatrix<f64, N, N>, b: &SMatrix<f64, N, N>| a * b - b * a;
+    let square = -0.5 * (x * x).trace();
+    let square_t = -(x * x_t).trace();
+    // a = sin/angle, b = (1 - cos)/angle^2, c = (angle - sin)/angle^3, with the derivatives of b and c by angle^2.
+    let [a, b, c, by_b, by_c] = if square < 1e-3 {
+        let s = square;
+        let series = |first: [f64; 4]| first[0] - s * (first[1] - s * (first[2] - s * first[3]));
+        [
+            series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0]),
+            series([0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40320.0]),
+            series([1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0, 1.0 / 362_880.0]),
+            -series([1.0 / 24.0, 1.0 / 360.0, 1.0 / 13440.0, 1.0 / 907_200.0]),
+            -series([
+                1.0 / 120.0,
+                1.0 / 2520.0,
+                1.0 / 120_960.0,
+                1.0 / 9_979_200.0,
+            ]),
+        ]
+    } else {
+        let angle = square.sqrt();
+        let half = (0.5 * angle).sin();
+        let a = angle.sin() / angle;
+        let b = 2.0 * half * half / square;
+        let c = (1.0 - a) / square;
+        [
+            a,
+            b,
+            c,
+            0.5 * (a - 2.0 * b) / square,
+            0.5 * (b - 3.0 * c) / square,
+        ]
+    };
+    let turn = SMatrix::identity() + x * a + x * x * b;
+    let once = bracket(&x, &x_t);
+    let twice = bracket(&x, &once);
+    let once_t = bracket(&x, &x_tt);
+    let twice_t = bracket(&x_t, &once) + bracket(&x, &once_t);
+    let spin = x_t - once * b + twice * c;
+    let spin_t =
+        x_tt - once * (by_b * square_t) - once_t * b + twice * (by_c * square_t) + twice_t * c;
+    [turn, spin, spin_t]
 }
 
 impl<const N: usize> Support<N> {
@@ -37,7 +85,7 @@ impl<const N: usize> Support<N> {
             position,
             rotation,
             moves: Vec::new(),
-            turning: None,
+            turning: Vec::new(),
         })
     }
 
@@ -62,24 +110,24 @@ impl<const N: usize> Support<N> {
     }
 
     fn turned(mut self, axis: SMatrix<f64, N, N>, angle: History) -> Result<Self> {
-        self.turning = Some((axis, check_smooth(angle)?));
+        self.turning.push((axis, check_smooth(angle)?));
         Ok(self)
     }
 
     /// True if the clamp does not move.
     pub fn is_fixed(&self) -> bool {
-        self.moves.is_empty() && self.turning.is_none()
+        self.moves.is_empty() && self.turning.is_empty()
     }
 
     /// True if two clamps keep their relative pose at all times.
     pub fn moves_with(&self, other: &Self) -> bool {
-        let about_one_point = self.turning.is_none() || self.position == other.position;
+        let about_one_point = self.turning.is_empty() || self.position == other.position;
         self.moves == other.moves && self.turning == other.turning && about_one_point
     }
 
     /// True if the clamp turns.
     pub fn turns(&self) -> bool {
-        self.turning.is_some()
+        !self.turning.is_empty()
     }
 
     /// The first break of the clamp's motion after `t`; infinite if none is left.
@@ -99,7 +147,7 @@ impl<const N: usize> Support<N> {
             position: frame.origin,
             rotation: frame.turn,
             moves: Vec::new(),
-            turning: None,
+            turning: Vec::new(),
         }
     }
 
@@ -115,13 +163,24 @@ impl<const N: usize> Support<N> {
         }
         let mut turn = self.rotation;
         let (mut spin, mut spin_rate) = (SMatrix::zeros(), SMatrix::zeros());
-        if let Some((axis, history)) = &self.turning {
+        if let [(axis, history)] = self.turning.as_slice() {
             let [angle, rate, change] = history.with_rates(t);
             // exp(angle A) = 1 + sin A + (1 - cos) A^2, which commutes with A.
             let (sin, half) = (angle.sin(), (0.5 * angle).sin());
             turn += (axis * sin + axis * axis * (2.0 * half * half)) * self.rotation;
             let along = self.rotation.transpose() * axis * self.rotation;
             (spin, spin_rate) = (along * rate, along * change);
+        } else if !self.turning.is_empty() {
+            let mut x = [SMatrix::zeros(); 3];
+            for (axis, history) in &self.turning {
+                for (x, size) in x.iter_mut().zip(history.with_rates(t)) {
+                    *x += axis * size;
+                }
+            }
+            let [by, along, change] = turned_with_rates(x);
+            turn = by * self.rotation;
+            let seen = |m: SMatrix<f64, N, N>| self.rotation.transpose() * m * self.rotation;
+            (spin, spin_rate) = (seen(along), seen(change));
         }
         Frame {
             velocity: turn.tr_mul(&velocity),
@@ -177,6 +236,17 @@ impl Support<3> {
                 axis.as_slice()
             ))),
         }
+    }
+
+    /// Turns the clamp by the rotation vector v(t), given by its three components along the axes of the world.
+    ///
+    /// # Errors
+    /// As [`Support::with_translation`].
+    pub fn with_rotation_vector(self, components: [History; 3]) -> Result<Self> {
+        let mut each = components.into_iter().enumerate();
+        each.try_fold(self, |support, (i, component)| {
+            support.turned(Vector3::ith(i, 1.0).cross_matrix(), component)
+        })
     }
 
     /// The clamp's pose at time `t`.

@@ -114,7 +114,7 @@ pub fn sheet_grid_in(
     } else {
         (-P_TOP, 0.0)
     };
-    let points = grid((from, to), rows, columns, place, |p| {
+    let points = grid(from, to, rows, columns, place, |p| {
         let turn = 2.0 * quarter_period(p);
         Ok((mode * turn, (mode + 1.0) * turn))
     })?;
@@ -129,19 +129,20 @@ pub fn sheet_grid_in(
 /// Samples the stable equilibria with kap of the given sign, up to the first fold, as [`sheet_grid`] samples a sheet:
 /// the last column is the fold.
 pub fn stable_grid(side: Sign, rows: usize, columns: usize) -> Result<Vec<GridPoint>> {
-    let range = match side {
+    let (from, to) = match side {
         Sign::Plus => (1e-3, P_TOP),
         Sign::Minus => (-P_TOP, -1e-3),
     };
     let place = |q: &GridPoint| [q.x, q.y, 0.2 * q.theta1];
-    grid(range, rows.max(2), columns.max(2), place, |p| {
+    grid(from, to, rows.max(2), columns.max(2), place, |p| {
         Ok((0.0, super::folds::fold_at(1, p)?.equilibrium.lambda))
     })
 }
 
 /// Points between the bounds of lam on lines p = const, of about equal distance after `place`.
 fn grid(
-    (from, to): (f64, f64),
+    from: f64,
+    to: f64,
     rows: usize,
     columns: usize,
     place: impl Fn(&GridPoint) -> [f64; 3],

@@ -17,7 +17,7 @@ const SMALL: f64 = 1e-4;
 
 /// First coordinate of a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Column {
+pub(super) enum BoxCoordinate {
     /// ln p.
     Log,
     /// p.
@@ -60,19 +60,21 @@ impl Bending {
     /// The n-th bend moves 2n + 1 times as fast with p as K does, and the end goes round the clamp with it. The
     /// straight part between two bends contributes only terms that decay exponentially with its length.
     pub(super) fn third(
-        kind: Column,
-        (p, a): (f64, f64),
-        (lam, b): (f64, f64),
+        kind: BoxCoordinate,
+        p: f64,
+        a: f64,
+        lam: f64,
+        b: f64,
         radius: f64,
     ) -> [[f64; 2]; 4] {
         let high = lam + b;
         match kind {
-            Column::Log => {
+            BoxCoordinate::Log => {
                 let p = p * (1.0 + a + a * a);
                 let [x, y] = [LOG_X, LOG_Y].map(|terms| bound_terms(p * high, terms));
                 std::array::from_fn(|k| [x[k] * p * p, y[k] * p])
             }
-            Column::Linear => {
+            BoxCoordinate::Linear => {
                 let quarter = [p - a + LN_2, p + a + QUARTER];
                 let turns = (high / quarter[0]).max(1.0);
                 // |r| changes along lam at most at the rate 2/lam.
@@ -138,15 +140,15 @@ pub(super) struct Local {
 }
 
 /// Chart coordinate p of a box coordinate.
-fn place(kind: Column, first: f64) -> f64 {
+fn place(kind: BoxCoordinate, first: f64) -> f64 {
     match kind {
-        Column::Log => first.exp(),
-        Column::Linear => first,
+        BoxCoordinate::Log => first.exp(),
+        BoxCoordinate::Linear => first,
     }
 }
 
 /// Chart point of a box coordinate.
-pub(super) fn chart_point(kind: Column, first: f64, lam: f64) -> Result<(f64, ChartPoint)> {
+pub(super) fn chart_point(kind: BoxCoordinate, first: f64, lam: f64) -> Result<(f64, ChartPoint)> {
     let p = place(kind, first);
     Ok((p, ChartPoint::at_load(p, lam)?))
 }
@@ -166,21 +168,23 @@ pub(super) fn quick_tip(p: f64, lam: f64) -> [f64; 2] {
 }
 
 impl Local {
-    pub(super) fn new(kind: Column, p: f64, at: &ChartPoint) -> Self {
-        Self::with_tip(kind, p, at, tip(p, at))
+    pub(super) fn new(kind: BoxCoordinate, p: f64, at: &ChartPoint) -> Self {
+        let (one_minus_x, y) = tip(p, at);
+        Self::with_tip(kind, p, at, one_minus_x, y)
     }
 
     /// Expansion at the centre of a box of half width `width`; in large boxes an error of 1e-14 of the tip does not
     /// matter.
     pub(super) fn at_centre(
-        kind: Column,
-        (first, lam): (f64, f64),
+        kind: BoxCoordinate,
+        first: f64,
+        lam: f64,
         width: f64,
     ) -> Result<(f64, ChartPoint, Self)> {
         if width > SMALL && lam > SLIGHT {
             let p = place(kind, first);
-            let (tip, at) = quick_point(p, lam);
-            let local = Self::with_tip(kind, p, &at, tip);
+            let ((one_minus_x, y), at) = quick_point(p, lam);
+            let local = Self::with_tip(kind, p, &at, one_minus_x, y);
             return Ok((p, at, local));
         }
         let (p, at) = chart_point(kind, first, lam)?;
@@ -188,8 +192,8 @@ impl Local {
         Ok((p, at, local))
     }
 
-    fn with_tip(kind: Column, p: f64, at: &ChartPoint, (one_minus_x, y): (f64, f64)) -> Self {
-        let stretch = if kind == Column::Log { p } else { 1.0 };
+    fn with_tip(kind: BoxCoordinate, p: f64, at: &ChartPoint, one_minus_x: f64, y: f64) -> Self {
+        let stretch = if kind == BoxCoordinate::Log { p } else { 1.0 };
         let i = &at.integrals;
         let lam_p = i.lam_p();
         let mirror = |[x, y]: [f64; 2]| [-x, y];
@@ -202,12 +206,17 @@ impl Local {
         }
     }
 
-    pub(super) fn bending(kind: Column, p: f64, at: &ChartPoint, third: [[f64; 2]; 4]) -> Bending {
+    pub(super) fn bending(
+        kind: BoxCoordinate,
+        p: f64,
+        at: &ChartPoint,
+        third: [[f64; 2]; 4],
+    ) -> Bending {
         let t = TipDerivatives::new(at);
         let second = match kind {
-            Column::Linear => [t.pp, t.pl, t.ll],
+            BoxCoordinate::Linear => [t.pp, t.pl, t.ll],
             // d/d(ln p) = p d/dp.
-            Column::Log => [
+            BoxCoordinate::Log => [
                 std::array::from_fn(|k| p * (p * t.pp[k] + t.p[k])),
                 t.pl.map(|v| p * v),
                 t.ll,
@@ -260,7 +269,7 @@ pub(super) struct TipRange {
 }
 
 impl TipRange {
-    pub(super) fn new(local: &Local, bending: &Bending, (a, b): (f64, f64)) -> Self {
+    pub(super) fn new(local: &Local, bending: &Bending, a: f64, b: f64) -> Self {
         let [pp, pl, ll] = bending.second;
         let cubic = [a * a * a, 3.0 * a * a * b, 3.0 * a * b * b, b * b * b].map(|v| v / 6.0);
         // The tip, like the target, is known to a few ulp: a target on a fold must not slip through.
@@ -310,7 +319,7 @@ fn largest_value(slope: f64, bend: f64) -> f64 {
 }
 
 /// True if the map is one-to-one on the box: |J^-1 (J(q) - J)| < 1 there, in the box's own norm.
-pub(super) fn injective(local: &Local, bending: &Bending, (a, b): (f64, f64)) -> bool {
+pub(super) fn injective(local: &Local, bending: &Bending, a: f64, b: f64) -> bool {
     let det = cross(local.along_first, local.along_lam);
     let [change_first, change_lam] = bending.column_change(a, b);
     // Rows of |adj J|, scaled to the box.
@@ -350,18 +359,18 @@ mod tests {
         for i in 0..40_000 {
             let lam = 1.3 + 58.7 * random().powi(2);
             let (kind, first) = if i % 2 == 0 {
-                (Column::Log, -6.0 * random())
+                (BoxCoordinate::Log, -6.0 * random())
             } else {
-                (Column::Linear, 1.0 + (lam + 3.0) * random().powi(2))
+                (BoxCoordinate::Linear, 1.0 + (lam + 3.0) * random().powi(2))
             };
             let half = [0.6, 0.6].map(|most| most * random().powi(4));
             let centre = [first, lam + half[1]];
             let (p, at) = chart_point(kind, centre[0], centre[1]).unwrap();
             let radius = at.turned[0].hypot(at.turned[1]);
-            let bound = Bending::third(kind, (p, half[0]), (centre[1], half[1]), radius);
+            let bound = Bending::third(kind, p, half[0], centre[1], half[1], radius);
             let within = |k: usize, share: f64| centre[k] + half[k] * (2.0 * share - 1.0);
             let mut first = within(0, random());
-            if kind == Column::Linear {
+            if kind == BoxCoordinate::Linear {
                 first = first.max(0.85);
             }
             let lam = within(1, random());

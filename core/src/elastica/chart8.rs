@@ -155,7 +155,7 @@ fn evaluate_integrals<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>
     let across = kap * sin;
     let d = across.times_plus(across, kap_c * kap_c).sqrt();
     let inv_d = d.inverse();
-    let [mut lam, mut b] = integrals(kap_c, (sin, cos), d, turns);
+    let [mut lam, mut b] = integrals(kap_c, sin, cos, d, turns);
     // From TAUT on the integrals are elementary, and the first means are too far apart.
     let far = sin.abs() * cosh;
     if far.greatest() >= TAUT {

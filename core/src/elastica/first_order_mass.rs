@@ -224,15 +224,15 @@ impl RodInertia {
 
     /// Motion of the rod at the rate `rate` of (p, lam).
     #[inline(always)]
-    fn turning(&self, rate: Vector2<f64>) -> Turning {
-        Turning::new(&self.clamp, self.integrals.lam, rate.into())
+    fn turning(&self, rate: Vector2<f64>) -> ForceTurning {
+        ForceTurning::new(&self.clamp, self.integrals.lam, rate.into())
     }
 
     /// Integrals along the rod.
     #[inline(always)]
     fn integrals<const K: usize>(&self, each: &impl AtSection<K>) -> [f64; K] {
         let [places, weights] = self.nodes();
-        simd_sums::sums(&Sections { rod: self, each }, places, weights)
+        simd_sums::sums(&ChartSections { rod: self, each }, places, weights)
     }
 
     /// Nodes along the rod, and their weights.
@@ -250,7 +250,7 @@ impl RodInertia {
     /// Motion of the end with the velocity `v`, and the rotation of the axes of [`ChartPoint::turned`] in it; `None`
     /// at a fold.
     #[inline(always)]
-    fn end_motion(&self, v: &Vector2<f64>) -> Option<(EndMotion, Turning)> {
+    fn end_motion(&self, v: &Vector2<f64>) -> Option<(EndMotion, ForceTurning)> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = self.turning(rate);
         let moving = EndMotion {
@@ -264,9 +264,9 @@ impl RodInertia {
         Some((moving, turning))
     }
 
-    /// Second derivative lam r_tt of the end as in [`Turning`], without the term along r_t.
+    /// Second derivative lam r_tt of the end as in [`ForceTurning`], without the term along r_t.
     #[inline(always)]
-    fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
+    fn second_of_end(&self, turning: &ForceTurning) -> Vector2<f64> {
         let rate = self.by * Vector2::from(turning.rate);
         Vector2::from(turning.end) + quarter_turn(&rate) * (2.0 * turning.turn)
     }
@@ -330,12 +330,12 @@ trait AtSection<const K: usize> {
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; K];
 }
 
-struct Sections<'a, E> {
+struct ChartSections<'a, E> {
     rod: &'a RodInertia,
     each: &'a E,
 }
 
-impl<E: AtSection<K>, const K: usize> InLanes<K> for Sections<'_, E> {
+impl<E: AtSection<K>, const K: usize> InLanes<K> for ChartSections<'_, E> {
     #[inline(always)]
     fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; K] {
         let here = self.rod.along.at(part).swing(&self.rod.modulus);
@@ -344,7 +344,7 @@ impl<E: AtSection<K>, const K: usize> InLanes<K> for Sections<'_, E> {
 }
 
 /// Integrand [`inertia_integrand`], without gravity.
-struct Weightless<'a>(&'a Turning);
+struct Weightless<'a>(&'a ForceTurning);
 
 impl AtSection<6> for Weightless<'_> {
     #[inline(always)]
@@ -377,19 +377,19 @@ impl WithSimd for Adding {
         let ([places, weights], rod) = (rod.nodes(), &rod);
         if self.gravity == Vector2::zeros() {
             let each = &Weightless(&turning);
-            let sums = simd_sums::sums_in(simd, &Sections { rod, each }, places, weights);
+            let sums = simd_sums::sums_in(simd, &ChartSections { rod, each }, places, weights);
             return moving.mass_and_force(sums, &Vector2::zeros());
         }
         let each = &Heavy(&turning);
         let [n11, n12, n22, f1, f2, turned, along @ ..] =
-            simd_sums::sums_in(simd, &Sections { rod, each }, places, weights);
+            simd_sums::sums_in(simd, &ChartSections { rod, each }, places, weights);
         let weight = moving.weight_integral(along, &self.gravity);
         moving.mass_and_force([n11, n12, n22, f1, f2, turned], &weight)
     }
 }
 
 /// Integrand [`inertia_integrand_with_weight`], with gravity.
-struct Heavy<'a>(&'a Turning);
+struct Heavy<'a>(&'a ForceTurning);
 
 impl AtSection<12> for Heavy<'_> {
     #[inline(always)]
@@ -429,7 +429,7 @@ impl AtSection<6> for Still {
 /// ```
 ///
 /// A term of r_tt along R occurs in the end's acceleration c too, hence in P c, and drops out of r_tt - P c.
-struct Turning {
+struct ForceTurning {
     /// (p', lam').
     rate: [f64; 2],
     /// alpha'.
@@ -440,7 +440,7 @@ struct Turning {
     end: [f64; 2],
 }
 
-impl Turning {
+impl ForceTurning {
     #[inline(always)]
     fn new(clamp: &Swing, lam: f64, rate: [f64; 2]) -> Self {
         let [p, l] = rate;
@@ -511,7 +511,7 @@ mod tests {
                 let each = Heavy(&turning);
                 let [places, weights] = nodes(512.0, 0);
                 let (all, each) = (&rod, &each);
-                let even = simd_sums::sums(&Sections { rod: all, each }, places, weights);
+                let even = simd_sums::sums(&ChartSections { rod: all, each }, places, weights);
                 for part in [1e-4, 1e-6, 1e-8, 1e-10] {
                     rod = rod.with_error(part);
                     drawn += usize::from(rod.along.rule(part).1 > 0);

@@ -14,7 +14,7 @@
 //! not count.
 
 use super::box_bounds::{
-    Bending, Column, Local, TipRange, chart_point, injective, mirror_derivative, quick_tip,
+    Bending, BoxCoordinate, Local, TipRange, chart_point, injective, mirror_derivative, quick_tip,
 };
 use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, cross, dot};
@@ -93,7 +93,7 @@ pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<FoundEquilib
             )
         }));
     }
-    let mut search = Search::new(x, y, lambda_max);
+    let mut search = TipSearch::new(x, y, lambda_max);
     search.run()?;
     let mut found = search.found;
     sort_few(&mut found, |each| each.equilibrium.lambda);
@@ -119,7 +119,7 @@ fn pair_up(found: &mut Vec<FoundEquilibrium>) {
 
 #[derive(Debug, Clone, Copy)]
 struct Cell {
-    kind: Column,
+    kind: BoxCoordinate,
     first: f64,
     lam: f64,
     a: f64,
@@ -128,7 +128,7 @@ struct Cell {
     alive: [bool; 2],
 }
 
-struct Search {
+struct TipSearch {
     /// Point (1 - x, y), and its mirror image.
     targets: [[f64; 2]; 2],
     lambda_max: f64,
@@ -139,7 +139,7 @@ struct Search {
     boxes: usize,
 }
 
-impl Search {
+impl TipSearch {
     fn new(x: f64, y: f64, lambda_max: f64) -> Self {
         let distance = (1.0 - x).hypot(y);
         // |theta| <= 4 asin kap, so the tip is within 2 sin(2 asin kap) < 4 kap of (1, 0): p > kap >
@@ -150,8 +150,8 @@ impl Search {
         let rows = (lambda_max - LOADED).max(0.0).ceil();
         let b = 0.5 * (lambda_max - LOADED) / rows;
         for (kind, from, to) in [
-            (Column::Log, p_min.ln(), LINEAR_FROM.ln()),
-            (Column::Linear, LINEAR_FROM, p_max),
+            (BoxCoordinate::Log, p_min.ln(), LINEAR_FROM.ln()),
+            (BoxCoordinate::Linear, LINEAR_FROM, p_max),
         ] {
             let columns = (to - from).ceil();
             let a = 0.5 * (to - from) / columns;
@@ -215,7 +215,7 @@ impl Search {
         let short = (one_minus_x * (2.0 - one_minus_x) - y * y) / (1.0 + radius);
         let lam = (4.0 * quarter.sin().powi(2) / short).clamp(LOADED, MOST_LOAD);
         let pulled = (lam - (2.0 * quarter.tan()).ln(), lam);
-        let found = [across, pulled].map(|start| self.by_shape(side, start));
+        let found = [across, pulled].map(|(p, lam)| self.by_shape(side, p, lam));
         // Each kind has one root, but near the straight rod, within the digits of the target, it may appear twice.
         let mut taken = [false; 2];
         for (p, lam) in found.into_iter().flatten() {
@@ -229,7 +229,7 @@ impl Search {
     }
 
     /// Newton's method for the logarithms of y and (1 - x)/y^2; `None` if it does not converge to the target.
-    fn by_shape(&self, side: usize, (p, mut lam): (f64, f64)) -> Option<(f64, f64)> {
+    fn by_shape(&self, side: usize, p: f64, mut lam: f64) -> Option<(f64, f64)> {
         const TRIES: usize = 80;
         const ROUNDING: f64 = 1e-9;
         let mut first = p.ln();
@@ -238,8 +238,8 @@ impl Search {
             if !(-40.0 < first && first < 5.5 && 0.0 < lam && lam < 2.0 * MOST_LOAD) {
                 return None;
             }
-            let (p, at) = chart_point(Column::Log, first, lam).ok()?;
-            let (step, miss) = Local::new(Column::Log, p, &at).by_shape(self.targets[side]);
+            let (p, at) = chart_point(BoxCoordinate::Log, first, lam).ok()?;
+            let (step, miss) = Local::new(BoxCoordinate::Log, p, &at).by_shape(self.targets[side]);
             if miss < ROUNDING && miss >= last {
                 return Some((p, lam));
             }
@@ -252,16 +252,16 @@ impl Search {
 
     fn examine(&mut self, mut cell: Cell) -> Result<()> {
         let taut = cell.first - cell.a > cell.lam + cell.b + MAX_P_BEYOND_LAM;
-        if taut && cell.kind == Column::Linear {
+        if taut && cell.kind == BoxCoordinate::Linear {
             return Ok(());
         }
         let width = cell.a.max(cell.b);
-        let (p, at, local) = Local::at_centre(cell.kind, (cell.first, cell.lam), width)?;
-        let wide = (WIDEN * cell.a, WIDEN * cell.b);
+        let (p, at, local) = Local::at_centre(cell.kind, cell.first, cell.lam, width)?;
+        let (a, b) = (WIDEN * cell.a, WIDEN * cell.b);
         let radius = length(at.turned);
-        let third = Bending::third(cell.kind, (p, wide.0), (cell.lam, wide.1), radius);
+        let third = Bending::third(cell.kind, p, a, cell.lam, b, radius);
         let bending = Local::bending(cell.kind, p, &at, third);
-        let reach = TipRange::new(&local, &bending, (cell.a, cell.b));
+        let reach = TipRange::new(&local, &bending, cell.a, cell.b);
         let mut one_to_one = None;
         for side in 0..2 {
             if !cell.alive[side] {
@@ -273,9 +273,9 @@ impl Search {
                 cell.alive[side] = false;
                 continue;
             }
-            let alone = *one_to_one.get_or_insert_with(|| injective(&local, &bending, wide));
+            let alone = *one_to_one.get_or_insert_with(|| injective(&local, &bending, a, b));
             let root = if alone {
-                self.newton(&cell, &local, side, wide)
+                self.newton(&cell, &local, side, a, b)
             } else {
                 None
             };
@@ -319,7 +319,8 @@ impl Search {
         cell: &Cell,
         centre: &Local,
         side: usize,
-        wide: (f64, f64),
+        a: f64,
+        b: f64,
     ) -> Option<(f64, f64)> {
         let target = self.targets[side];
         let gap = |local: &Local| [target[0] - local.tip[0], target[1] - local.tip[1]];
@@ -327,7 +328,7 @@ impl Search {
         let mut step = centre.step(gap(centre));
         for _ in 0..30 {
             (first, lam) = (first + step.0, lam + step.1);
-            let far = ((first - cell.first).abs() / wide.0).max((lam - cell.lam).abs() / wide.1);
+            let far = ((first - cell.first).abs() / a).max((lam - cell.lam).abs() / b);
             if !(far < 4.0 && lam > 0.0) {
                 return None;
             }

@@ -184,24 +184,24 @@ impl RodTheta {
     #[inline(always)]
     pub fn place_at(&self, part: f64) -> SectionIntegrals<f64> {
         let (v, wound) = self.reduce_half_turns(part * self.whole);
-        let turned = if self.real {
+        let (sin, cos) = if self.real {
             v.sin_cos()
         } else {
             (v.sinh(), v.cosh())
         };
-        self.place(part, turned, wound)
+        self.place(part, sin, cos, wound)
     }
 
     /// Sections in lanes, at u = lam part.
     #[inline(always)]
     pub fn at<S: Simd>(&self, part: Lanes<S>) -> SectionIntegrals<Lanes<S>> {
         let (v, wound) = self.reduce_half_turns(part * self.whole);
-        let turned = if self.real {
+        let (sin, cos) = if self.real {
             v.sin_cos()
         } else {
             v.sinh_cosh()
         };
-        self.place(part, turned, wound)
+        self.place(part, sin, cos, wound)
     }
 
     /// Section with the fraction `part` of the rod beyond it, from (sin v, cos v) or (sinh v, cosh v). `wound`: half
@@ -210,7 +210,8 @@ impl RodTheta {
     fn place<T: Real>(
         &self,
         part: T,
-        (sin, cos): (T, T),
+        sin: T,
+        cos: T,
         wound: Option<[T; 2]>,
     ) -> SectionIntegrals<T> {
         // Either 2 q cos 2v or 2 q cosh 2v.

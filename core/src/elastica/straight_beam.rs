@@ -52,14 +52,14 @@ pub struct NearlyStraightShape {
 /// The boundary value problem, discretised.
 pub struct AlmostStraight {
     /// The weights of the Gauss nodes along the rod.
-    weights: Field,
+    weights: AngleField,
     /// theta' from theta'', with theta'(1) = 0.
     once: DMatrix<f64>,
     /// theta from theta'', with both end conditions.
     twice: DMatrix<f64>,
 }
 
-type Field = DVector<f64>;
+type AngleField = DVector<f64>;
 
 impl AlmostStraight {
     /// Discretisation for pulls up to `most_pull`, which is cut at [`MOST_PULL`].
@@ -83,9 +83,9 @@ impl AlmostStraight {
     }
 
     /// theta at the nodes, and the cross force F.
-    fn solve_shape(&self, pull: f64, y: f64) -> Option<(Field, f64)> {
+    fn solve_shape(&self, pull: f64, y: f64) -> Option<(AngleField, f64)> {
         let (n, weights) = (self.weights.len(), &self.weights);
-        let (mut theta, mut across) = (Field::zeros(n), 0.0);
+        let (mut theta, mut across) = (AngleField::zeros(n), 0.0);
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
         for _ in 0..20 {
             let (sin, cos) = (theta.map(f64::sin), theta.map(f64::cos));
@@ -119,7 +119,7 @@ impl AlmostStraight {
         (theta.amax() < 1.0).then_some((theta, across))
     }
 
-    fn bent(&self, pull: f64, across: f64, theta: &Field) -> NearlyStraightShape {
+    fn bent(&self, pull: f64, across: f64, theta: &AngleField) -> NearlyStraightShape {
         let couple = theta.map(|t| pull * t.sin() - across * t.cos());
         let curvature = &self.once * &couple;
         let weights = &self.weights;

@@ -207,7 +207,7 @@ fn largest(pull: f64, tip: f64) -> f64 {
 }
 
 /// Rod of unit length and stiffness, bent to the side of Z > 0.
-struct Rod {
+struct BentRod {
     pull: f64,
     /// sqrt(1 + sigma^2).
     root: f64,
@@ -221,7 +221,7 @@ struct Rod {
     energy: f64,
 }
 
-impl Rod {
+impl BentRod {
     /// `None` outside the chart.
     #[inline]
     fn new(sigma: f64, ln_z: f64) -> Option<Self> {
@@ -276,7 +276,7 @@ impl Rod {
 #[inline]
 pub(super) fn point(side: Sign, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
     let sign = side.value();
-    let rod = Rod::new(sign * q[0], q[1])?;
+    let rod = BentRod::new(sign * q[0], q[1])?;
     Some(ManifoldPoint {
         pose: Vector2::new(1.0 - rod.tip[0], sign * rod.tip[1]),
         force: Vector2::new(rod.force[0], sign * rod.force[1]),
@@ -302,7 +302,7 @@ pub(super) fn point(side: Sign, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
 pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
     let fold_side = entry_side(q[0], q[1])?;
     let fold = from_amplitude(q[0], q[1]);
-    let rod = Rod::new(fold_side.value() * fold[0], fold[1])?;
+    let rod = BentRod::new(fold_side.value() * fold[0], fold[1])?;
     // On the first fold y has the sign opposite to Z.
     if !((rod.pull - FOLD).abs() < 0.01 * FOLD.abs() && rod.tip[1] < 0.0) {
         return None;
@@ -311,7 +311,7 @@ pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
     let m = Moments::new(LANDING).m;
     let (mut sigma, mut ln_z) = (sigma_of(LANDING), (0.5 * held[1] / (1.0 - m[1])).ln());
     for _ in 0..NEWTON {
-        let at = Rod::new(sigma, ln_z)?;
+        let at = BentRod::new(sigma, ln_z)?;
         let gap = Vector2::new(held[0] - at.tip[0], held[1] - at.tip[1]);
         let slope = Matrix2::new(at.by_sigma[0], at.by_ln[0], at.by_sigma[1], at.by_ln[1]);
         let (det, step) = adjugate_times(&slope, &gap);
@@ -325,7 +325,7 @@ pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
 
 /// Distance 1 - x at (+-sigma, ln Z), to full relative accuracy; `None` outside the chart.
 pub(super) fn inward(side: Sign, q: &Vector2<f64>) -> Option<f64> {
-    Some(Rod::new(side.value() * q[0], q[1])?.tip[0])
+    Some(BentRod::new(side.value() * q[0], q[1])?.tip[0])
 }
 
 /// Chart point of the rod under `pull` whose end is deflected by the small `across`. A rod on the axis gets Z =
@@ -337,7 +337,7 @@ pub(super) fn point_of_deflection(side: Sign, pull: f64, across: f64) -> Vector2
     let mut ln_z = z.max(ON_AXIS_Z).ln();
     // The first guess is right to leading order; each Newton step squares its error, which is of order y^2.
     for _ in 0..ROUNDS {
-        let Some(rod) = Rod::new(sigma, ln_z).filter(|_| z > ON_AXIS_Z) else {
+        let Some(rod) = BentRod::new(sigma, ln_z).filter(|_| z > ON_AXIS_Z) else {
             break;
         };
         ln_z += (height - rod.tip[1]) / rod.by_ln[1];
@@ -489,7 +489,7 @@ mod tests {
             );
             let exact = Equilibrium::new(global[0], global[1]).unwrap();
             let chart = Elastica.point(&global).unwrap();
-            let rod = Rod::new(sigma, f64::ln(z)).unwrap();
+            let rod = BentRod::new(sigma, f64::ln(z)).unwrap();
             let same = close(at.pose[1], exact.y, 1e-13)
                 && (exact.one_minus_x == 0.0 || close(rod.tip[0], exact.one_minus_x, 1e-13))
                 && close(at.energy, exact.energy, 1e-13)
@@ -516,7 +516,7 @@ mod tests {
     fn derivatives_are_those_of_the_tip() {
         for sigma in [-5.5, -4.4, -2.9, -1.4, 0.3, 1.5, 8.0] {
             let (ln_z, h) = (f64::ln(5e-4), 1e-5);
-            let at = |sigma: f64, ln_z: f64| Rod::new(sigma, ln_z).unwrap();
+            let at = |sigma: f64, ln_z: f64| BentRod::new(sigma, ln_z).unwrap();
             let rod = at(sigma, ln_z);
             let pairs = [
                 (at(sigma + h, ln_z), at(sigma - h, ln_z), rod.by_sigma),
@@ -549,7 +549,7 @@ mod tests {
             let (beam, y) = (straight_rod_constraint(pull).unwrap(), 1e-7);
             let at = |pull: f64| {
                 let q = point_of_deflection(Sign::Minus, pull, -y);
-                let rod = Rod::new(-q[0], q[1]).unwrap();
+                let rod = BentRod::new(-q[0], q[1]).unwrap();
                 (rod.tip, rod.force)
             };
             let (tip, force) = at(pull);

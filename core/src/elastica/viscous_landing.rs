@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-type Field = DVector<f64>;
+type NodeValues = DVector<f64>;
 
 /// Number of Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
 /// exp(-pi n/lam). It must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
@@ -119,7 +119,7 @@ pub(super) fn settle(
     q: &Vector2<f64>,
     leaving: &Vector2<f64>,
 ) -> Result<Vector2<f64>> {
-    flow(rods, (q, leaving), &LANDING, &mut |_, _, _| ())
+    flow(rods, q, leaving, &LANDING, &mut |_, _, _| ())
 }
 
 /// Shape in the viscous layer.
@@ -143,7 +143,7 @@ pub(super) fn shapes(
     leaving: &Vector2<f64>,
 ) -> Result<(Vec<LayerShape>, Vector2<f64>)> {
     let mut shapes = Vec::new();
-    let landed = flow(rods, (q, leaving), &SHOWN, &mut |rod, u, time| {
+    let landed = flow(rods, q, leaving, &SHOWN, &mut |rod, u, time| {
         shapes.push(LayerShape {
             time,
             elastic: 0.5 * rod.mean(u, u),
@@ -156,18 +156,19 @@ pub(super) fn shapes(
 /// Integrates the flow to its landing; `seen` receives the curvature and the time after every step.
 fn flow(
     rods: &impl Multivalued<2>,
-    (q, leaving): (&Vector2<f64>, &Vector2<f64>),
+    q: &Vector2<f64>,
+    leaving: &Vector2<f64>,
     care: &StepControl,
-    seen: &mut dyn FnMut(&Rod, &Field, f64),
+    seen: &mut dyn FnMut(&DiscreteRod, &NodeValues, f64),
 ) -> Result<Vector2<f64>> {
     let start = Equilibrium::new(q[0], q[1])?;
-    let rod = Rod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
+    let rod = DiscreteRod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
     let origin = rod.curvature(&start)?;
     let departure = (-0.5 * start.lambda)
         .exp()
         .min(care.departure)
         .max(DEPARTURE);
-    let mut u = rod.departed((q, leaving), departure, &origin)?;
+    let mut u = rod.departed(q, leaving, departure, &origin)?;
     let (mut h, mut time, mut before) = (FIRST, 0.0, None);
     let mut rejected = false;
     let lies_lower = |landed: &Vector2<f64>| {
@@ -205,7 +206,7 @@ fn flow(
                 h = GROWTH / growth;
             }
         }
-        let Some((next, error)) = rod.step(&u, &bent, (&rate, n), h) else {
+        let Some((next, error)) = rod.step(&u, &bent, &rate, n, h) else {
             h *= 0.1;
             continue;
         };
@@ -230,15 +231,15 @@ fn flow(
 }
 
 /// Discretised rod with its end held.
-struct Rod {
+struct DiscreteRod {
     held: Vector2<f64>,
-    on: &'static Nodes,
+    on: &'static GaussNodes,
 }
 
 /// Gauss nodes and integration matrices.
-struct Nodes {
-    s: Field,
-    weights: Field,
+struct GaussNodes {
+    s: NodeValues,
+    weights: NodeValues,
     /// (integrate f)_i = int_0^{s_i} f.
     integrate: Matrix,
     /// (outer f)_i = int_0^{s_i} f - int_0^1 f, and its transpose.
@@ -250,29 +251,30 @@ struct Nodes {
 
 /// Shape of the rod.
 struct ShapeAtNodes {
-    cos: Field,
-    sin: Field,
+    cos: NodeValues,
+    sin: NodeValues,
     /// Lever q(s) = J (r(1) - r(s)), by components.
-    lever: [Field; 2],
+    lever: [NodeValues; 2],
     tip: Vector2<f64>,
 }
 
 /// The flow linearised at a shape: I - gamma h J, factorised.
-struct Linearised<'a> {
-    rod: &'a Rod,
+struct LayerJacobian<'a> {
+    rod: &'a DiscreteRod,
     bent: &'a ShapeAtNodes,
     /// 1/(1 + gamma h).
     damped: f64,
     /// n . (cos, sin), times gamma h/(1 + gamma h).
-    along: Field,
+    along: NodeValues,
     lu: Lu,
 }
 
-impl<'a> Linearised<'a> {
+impl<'a> LayerJacobian<'a> {
     fn new(
-        rod: &'a Rod,
+        rod: &'a DiscreteRod,
         bent: &'a ShapeAtNodes,
-        (rate, n): (&Field, Vector2<f64>),
+        rate: &NodeValues,
+        n: Vector2<f64>,
         gamma: f64,
     ) -> Option<Self> {
         let (damped, share) = (1.0 / (1.0 + gamma), gamma / (1.0 + gamma));
@@ -309,7 +311,7 @@ impl<'a> Linearised<'a> {
     }
 
     /// Solution k of (I - gamma h J) k = b.
-    fn solve(&self, b: &Field) -> Field {
+    fn solve(&self, b: &NodeValues) -> NodeValues {
         let nodes = b.len();
         let b = b * self.damped;
         let [swept] = self.rod.on.integrate.times([&b]);
@@ -324,18 +326,19 @@ impl<'a> Linearised<'a> {
     }
 }
 
-impl Nodes {
+impl GaussNodes {
     /// Nodes of the count given, a multiple of 8; computed once.
     fn of(count: usize) -> &'static Self {
-        static ALL: [OnceLock<Nodes>; MOST_NODES / 8] = [const { OnceLock::new() }; MOST_NODES / 8];
+        static ALL: [OnceLock<GaussNodes>; MOST_NODES / 8] =
+            [const { OnceLock::new() }; MOST_NODES / 8];
         ALL[count / 8 - 1].get_or_init(|| Self::new(count))
     }
 
     fn new(nodes: usize) -> Self {
         let rule = Rule::new(nodes);
         let (integrate, _) = rule.matrices();
-        let s = Field::from_vec(rule.nodes);
-        let weights = Field::from_vec(rule.weights);
+        let s = NodeValues::from_vec(rule.nodes);
+        let weights = NodeValues::from_vec(rule.weights);
         let outer = DMatrix::from_fn(nodes, nodes, |i, j| integrate[(i, j)] - weights[j]);
         Self {
             twice: &integrate * &outer,
@@ -348,15 +351,15 @@ impl Nodes {
     }
 }
 
-impl Rod {
+impl DiscreteRod {
     fn new(held: Vector2<f64>, nodes: usize) -> Self {
-        let on = Nodes::of(nodes);
+        let on = GaussNodes::of(nodes);
         Self { held, on }
     }
 
     /// Curvature u of an equilibrium at the nodes.
-    fn curvature(&self, of: &Equilibrium) -> Result<Field> {
-        let mut u = Field::zeros(self.on.s.len());
+    fn curvature(&self, of: &Equilibrium) -> Result<NodeValues> {
+        let mut u = NodeValues::zeros(self.on.s.len());
         for (value, &s) in u.iter_mut().zip(self.on.s.iter()) {
             *value = 2.0 * of.lambda * of.kappa * amplitude(of.p, of.lambda * (1.0 - s))?.sin();
         }
@@ -367,10 +370,11 @@ impl Rod {
     /// stretched without bound where a rod has a loop (dw = D dlam).
     fn departed(
         &self,
-        (q, leaving): (&Vector2<f64>, &Vector2<f64>),
+        q: &Vector2<f64>,
+        leaving: &Vector2<f64>,
         departure: f64,
-        origin: &Field,
-    ) -> Result<Field> {
+        origin: &NodeValues,
+    ) -> Result<NodeValues> {
         let mut offset = departure / leaving.norm();
         let mut wanted = departure;
         for _ in 0..80 {
@@ -399,7 +403,7 @@ impl Rod {
         )))
     }
 
-    fn bent(&self, u: &Field) -> ShapeAtNodes {
+    fn bent(&self, u: &NodeValues) -> ShapeAtNodes {
         let [theta] = self.on.integrate.times([u]);
         let [cos, sin] = cosines_and_sines(&theta);
         let [q_x, less_q_y] = self.on.outer.times([&sin, &cos]);
@@ -412,7 +416,7 @@ impl Rod {
     }
 
     /// Sections (x, y, theta) at the clamp, the nodes and the end of the rod of the curvature u.
-    fn sections(&self, u: &Field) -> Vec<[f64; 3]> {
+    fn sections(&self, u: &NodeValues) -> Vec<[f64; 3]> {
         let [theta] = self.on.integrate.times([u]);
         let [cos, sin] = cosines_and_sines(&theta);
         let [x, y] = self.on.integrate.times([&cos, &sin]);
@@ -423,7 +427,7 @@ impl Rod {
     }
 
     /// Integral int a b along the rod.
-    fn mean(&self, a: &Field, b: &Field) -> f64 {
+    fn mean(&self, a: &NodeValues, b: &NodeValues) -> f64 {
         (0..a.len()).map(|i| self.on.weights[i] * a[i] * b[i]).sum()
     }
 
@@ -435,14 +439,15 @@ impl Rod {
     /// are phi, whose matrix needs no product of matrices, and nu.
     fn step(
         &self,
-        u: &Field,
+        u: &NodeValues,
         bent: &ShapeAtNodes,
-        (rate, n): (&Field, Vector2<f64>),
+        rate: &NodeValues,
+        n: Vector2<f64>,
         h: f64,
-    ) -> Option<(Field, f64)> {
-        let solver = Linearised::new(self, bent, (rate, n), GAMMA * h)?;
-        let solve = |b: &Field| solver.solve(b) * (GAMMA * h);
-        let flow = |u: &Field| self.rate(u, &self.bent(u)).0;
+    ) -> Option<(NodeValues, f64)> {
+        let solver = LayerJacobian::new(self, bent, rate, n, GAMMA * h)?;
+        let solve = |b: &NodeValues| solver.solve(b) * (GAMMA * h);
+        let flow = |u: &NodeValues| self.rate(u, &self.bent(u)).0;
         let u1 = solve(rate);
         let u2 = solve(&(flow(&(u + &u1 * A2)) + &u1 * (C2 / h)));
         let third = flow(&(u + &u1 * A3[0] + &u2 * A3[1]));
@@ -457,26 +462,27 @@ impl Rod {
     /// next trial length.
     fn explicit_step(
         &self,
-        u: &Field,
-        rate: &Field,
+        u: &NodeValues,
+        rate: &NodeValues,
         h: f64,
         care: &StepControl,
-    ) -> Option<(Field, f64, f64)> {
+    ) -> Option<(NodeValues, f64, f64)> {
         let size = u.norm_squared();
         let mut solver = Dop853::new(u.clone(), rate.clone(), h, care.tolerance);
         let mut step = solver.blank();
-        let flow = |u: &Field, out: &mut Field| {
+        let flow = |u: &NodeValues, out: &mut NodeValues| {
             *out = self.rate(u, &self.bent(u)).0;
             Some(())
         };
-        let square = |error: &Field, _: &Field, _: &Field| error.norm_squared() / size;
+        let square =
+            |error: &NodeValues, _: &NodeValues, _: &NodeValues| error.norm_squared() / size;
         let taken = solver.step_measured(flow, square, care.stride, &mut step);
         taken.ok()?;
         Some((step.to, step.h, solver.next_step()))
     }
 
     /// Flow and resultant (u_T, n); the resultant n holds the end.
-    fn rate(&self, u: &Field, bent: &ShapeAtNodes) -> (Field, Vector2<f64>) {
+    fn rate(&self, u: &NodeValues, bent: &ShapeAtNodes) -> (NodeValues, Vector2<f64>) {
         let [q_x, q_y] = &bent.lever;
         let [xx, xy, yy] = [(q_x, q_x), (q_x, q_y), (q_y, q_y)].map(|(a, b)| self.mean(a, b));
         // r_T(1) = int q u_T = held - tip: a drift correction draws the end back to its place.
@@ -492,9 +498,9 @@ impl Rod {
     fn polish_landing(
         &self,
         rods: &impl Multivalued<2>,
-        u: &Field,
+        u: &NodeValues,
         n: Vector2<f64>,
-    ) -> Option<(Vector2<f64>, Field)> {
+    ) -> Option<(Vector2<f64>, NodeValues)> {
         let lam = n.norm().sqrt();
         let alpha = (-n[1]).atan2(-n[0]);
         let theta1 = self.on.weights.dot(u);

@@ -11,6 +11,8 @@ pub enum Quantity {
     Time,
     /// A length.
     Length,
+    /// A mass.
+    Mass,
     /// A velocity.
     Velocity,
     /// An acceleration.
@@ -144,7 +146,10 @@ impl Part {
         };
         match self {
             Self::Words(words) => words.clone(),
-            Self::Number(value, of, digits) => join_unit(number(*value, *of, *digits)),
+            Self::Number(value, of, digits) => {
+                let (text, symbol) = number(*value, *of, *digits);
+                join_unit(text, symbol)
+            }
             Self::List(list) => {
                 let numbers = list.iter().map(|(value, of)| number(*value, *of, DIGITS));
                 let numbers: Vec<(String, &str)> = numbers.collect();
@@ -154,19 +159,19 @@ impl Part {
                     if same {
                         text.clone()
                     } else {
-                        join_unit((text.clone(), symbol))
+                        join_unit(text.clone(), symbol)
                     }
                 };
                 let texts: Vec<String> = numbers.iter().map(each).collect();
                 let list = format!("[{}]", texts.join(", "));
-                join_unit((list, if same { common } else { "" }))
+                join_unit(list, if same { common } else { "" })
             }
         }
     }
 }
 
 /// A number, or a list of numbers, with its unit.
-fn join_unit((text, symbol): (String, &str)) -> String {
+fn join_unit(text: String, symbol: &str) -> String {
     match symbol {
         "" => text,
         _ => format!("{text} {symbol}"),

@@ -22,7 +22,8 @@ const CLOSE: f64 = 1e-8;
 #[inline(always)]
 pub(crate) fn integrals<S: Simd>(
     kc: Eight<S>,
-    (sin, cos): (Eight<S>, Eight<S>),
+    sin: Eight<S>,
+    cos: Eight<S>,
     d: Eight<S>,
     turns: Eight<S>,
 ) -> [Eight<S>; 2] {
@@ -126,8 +127,8 @@ mod tests {
                 let (kc, sin): (f64, f64) = (self.kc[i], sin[i]);
                 (kc * kc + (1.0 - kc * kc) * sin * sin).sqrt()
             });
-            let angle = (Eight::of(simd, sin), Eight::of(simd, cos));
-            let [lam, b] = integrals(kc, angle, Eight::of(simd, d), Eight::of(simd, turns));
+            let [sin, cos, d, turns] = [sin, cos, d, turns].map(|x| Eight::of(simd, x));
+            let [lam, b] = integrals(kc, sin, cos, d, turns);
             [lam.numbers(), b.numbers()]
         }
     }

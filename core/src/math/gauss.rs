@@ -75,3 +75,30 @@ pub fn legendre(x: f64, count: usize) -> Vec<f64> {
     }
     values
 }
+
+/// Nodes on [0, 1], ends included, and weights of sum 1 of the Gauss-Lobatto rule of `count` >= 2 nodes: exact for
+/// polynomials of degree 2 n - 3.
+pub fn lobatto(count: usize) -> (Vec<f64>, Vec<f64>) {
+    let last = count.max(2) - 1;
+    let degree = last as f64;
+    // Inner nodes are the zeros of P_n'. Newton's method is that of x P_n - P_(n-1), which has the same zeros.
+    let node = |i: usize| {
+        let mut x = -(std::f64::consts::PI * i as f64 / degree).cos();
+        if i == 0 || i == last {
+            return x;
+        }
+        for _ in 0..50 {
+            let p = legendre(x, last + 1);
+            let change = (x * p[last] - p[last - 1]) / ((degree + 1.0) * p[last]);
+            x -= change;
+            if change.abs() < 1e-16 {
+                break;
+            }
+        }
+        x
+    };
+    let nodes: Vec<f64> = (0..=last).map(node).collect();
+    let weight = |x: &f64| 1.0 / (degree * (degree + 1.0) * legendre(*x, last + 1)[last].powi(2));
+    let weights = nodes.iter().map(weight).collect();
+    (nodes.iter().map(|x| 0.5 * (1.0 + x)).collect(), weights)
+}

@@ -48,7 +48,7 @@ const LAST_MODE: Row = {
 };
 
 /// The Gauss rule on a step.
-pub(crate) struct Rule<S: Simd> {
+pub(crate) struct GaussRule<S: Simd> {
     /// h b_j.
     weights: Eight<S>,
     /// h a_ij by j.
@@ -56,7 +56,7 @@ pub(crate) struct Rule<S: Simd> {
     top: Eight<S>,
 }
 
-impl<S: Simd> Rule<S> {
+impl<S: Simd> GaussRule<S> {
     /// Rule for steps of length `h`.
     #[inline(always)]
     pub fn new(simd: S, h: f64) -> Self {

@@ -1,15 +1,20 @@
 //! Search for all equilibria under one end condition: from every start, and by deflation.
 
-use super::chart::{AnyChart, Spatial, dynamic};
+use super::chart::{AnyChart, Chart, Spatial, dynamic};
+use super::closed_form::ClosedForm;
+use super::equilibrium::{Equilibrium, Route};
 use super::ivp::Wrench;
-use super::path_to_target::{Search, budgeted_equations, options};
+use super::path_to_target::{Search, budgeted_equations, newton, options};
+use super::planar::Plane;
 use super::problem::Problem;
 use super::solution_path::{ChosenPath, Path, ProblemChart};
 use super::starts::PathStart;
+use crate::elastica::equilibria_at;
 use crate::error::Result;
+use crate::math::se3::{halves, join};
 use crate::solve::deflation::{self, find_further};
 use crate::solve::parametrised_problem::{Family, Linearised};
-use nalgebra::DVector;
+use nalgebra::{DVector, Matrix3, Vector3};
 
 /// Couples and forces, in B/L and B/L^2, at which deflation begins: those of a strongly bent rod.
 const TYPICAL: f64 = 10.0;
@@ -19,25 +24,75 @@ const SAME: f64 = 1e-4;
 /// Most Newton steps of one search by deflation.
 const PATIENCE: usize = 40;
 
-/// A held rod as a family with one member.
+/// Sizes of the guesses of deflation within a plane, in parts of [`TYPICAL`].
+const PLANAR_SIZES: [f64; 3] = [1.0, 4.0, 12.0];
+/// Largest wrench of a list, in the same units, unless the answer to the problem has half of that.
+const LARGEST: f64 = 240.0;
+/// Residual, relative to 1 + the wrench, up to which the image of an equilibrium under a symmetry is one.
+const IMAGE: f64 = 1e-6;
+/// Singular values of the equations below this part of the largest belong to a continuous family.
+const NEUTRAL: f64 = 1e-8;
+
+/// A held rod in a chart as a family with one member.
 struct Member<'a> {
+    chart: &'a dyn AnyChart,
     problem: &'a Problem,
     search: Search,
 }
 
 impl Family for Member<'_> {
     fn size(&self) -> usize {
-        6
+        self.chart.size()
     }
 
     fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
-        let (residual, jacobian) = budgeted_equations(&Spatial, &self.search, self.problem, x)?;
+        let (residual, jacobian) = budgeted_equations(self.chart, &self.search, self.problem, x)?;
         Ok(Linearised {
             residual,
             jacobian,
-            slope: DVector::zeros(6),
+            slope: DVector::zeros(self.size()),
         })
     }
+}
+
+/// The search that found an equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Finding {
+    /// The answer to the problem without a guess.
+    Solution,
+    /// The complete list of the planar elastica.
+    ClosedForm,
+    /// A path from another start.
+    Start,
+    /// Deflation of the known equilibria.
+    Deflation,
+    /// The image of a known equilibrium under a symmetry of the data.
+    Symmetry,
+}
+
+/// One of all equilibria of a problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ListedEquilibrium {
+    /// The equilibrium.
+    pub equilibrium: Equilibrium,
+    /// The search that found the equilibrium.
+    pub finding: Finding,
+    /// Index among variations within the plane of the data; `None` out of the plane, or without one.
+    pub index_in_plane: Option<usize>,
+    /// True if neighbours in a continuous family are equilibria, too: a motion that costs nothing.
+    pub neutral: bool,
+}
+
+/// All equilibria of a problem that a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AllEquilibria {
+    /// The equilibria, in the order of their discovery.
+    pub found: Vec<ListedEquilibrium>,
+    /// Greatest sqrt(force L^2/B) below which no equilibrium within the plane is missing; `None` where nothing is
+    /// proven.
+    pub complete_below: Option<f64>,
+    /// Largest base wrench searched, couple in B/L, force in B/L^2.
+    pub largest_wrench: f64,
 }
 
 impl Problem {
@@ -95,6 +150,7 @@ impl Problem {
             guesses.extend([TYPICAL, -TYPICAL].map(|size| dynamic(Wrench::ith(k, size))));
         }
         let member = Member {
+            chart: &Spatial,
             problem: self,
             search: Search::new(),
         };
@@ -105,10 +161,230 @@ impl Problem {
         };
         if let Ok(search) = find_further(&member, 0.0, &known, &guesses, &asked) {
             let found = search.solutions.iter();
-            let found = found.filter_map(|solution| Spatial.wrench(self, &solution.x).ok());
+            let found =
+                found.filter_map(|solution| Chart::wrench(&Spatial, self, &solution.x).ok());
             all.extend(found.filter(|b| b.norm() <= bound));
         }
     }
+}
+
+impl Problem {
+    /// All equilibria that starts, closed form, deflation and symmetries find. The closed form of the elastica leaves
+    /// none out of its plane below `lambda_max`. `interrupted` is asked between the searches.
+    ///
+    /// # Errors
+    /// No equilibrium found, as [`Problem::solve`].
+    pub fn all_equilibria(
+        &self,
+        lambda_max: f64,
+        interrupted: &mut dyn FnMut() -> bool,
+    ) -> Result<AllEquilibria> {
+        let solution = self.solve(None);
+        let mut all: Vec<(Wrench, Finding)> = Vec::new();
+        if let Ok(found) = &solution {
+            all.push((self.rod.inward(&found.base), Finding::Solution));
+        }
+        let mut complete_below = None;
+        let charted = self.choose_chart(None).map(|(chart, _)| chart);
+        let plane = match charted {
+            Ok(ProblemChart::ClosedForm(chart)) => {
+                complete_below = self.list_closed_form(&chart, lambda_max, &mut all);
+                Some(*chart.plane())
+            }
+            Ok(ProblemChart::Planar(plane)) => Some(plane),
+            _ => None,
+        };
+        let taken = ChosenPath::new(Path::Spatial, "all equilibria are looked for".to_owned());
+        if let Some(plane) = &plane
+            && !interrupted()
+        {
+            let mut wrenches: Vec<Wrench> = all.iter().map(|(b, _)| *b).collect();
+            self.gather(plane, &mut self.planar_starts(plane), &taken, &mut wrenches);
+            note(&mut all, wrenches, Finding::Start);
+            self.add_images(Some(plane), &mut all);
+            if complete_below.is_none() {
+                self.deflate_in(plane, &mut all);
+                self.add_images(Some(plane), &mut all);
+            }
+        }
+        if !interrupted() {
+            let mut wrenches: Vec<Wrench> = all.iter().map(|(b, _)| *b).collect();
+            self.gather(&Spatial, &mut self.starts(), &taken, &mut wrenches);
+            note(&mut all, wrenches, Finding::Start);
+            self.add_images(plane.as_ref(), &mut all);
+        }
+        if !interrupted() {
+            let mut wrenches: Vec<Wrench> = all.iter().map(|(b, _)| *b).collect();
+            self.deflate(&mut wrenches);
+            note(&mut all, wrenches, Finding::Deflation);
+            self.add_images(plane.as_ref(), &mut all);
+        }
+        // Rods have equilibria of any order: the list ends at one size.
+        let answer = all.first().map_or(0.0, |(b, _)| b.norm());
+        let largest = LARGEST.max(2.0 * answer);
+        all.retain(|(b, finding)| b.norm() <= largest || *finding == Finding::ClosedForm);
+        let mut found: Vec<ListedEquilibrium> = Vec::new();
+        for (b, finding) in all {
+            let Ok(listed) = self.listed(&b, finding, plane.as_ref()) else {
+                continue;
+            };
+            // Of a continuous family one member is listed.
+            let energy = listed.equilibrium.end.energy + listed.equilibrium.potential;
+            let is_member = |other: &ListedEquilibrium| {
+                let own = other.equilibrium.end.energy + other.equilibrium.potential;
+                other.neutral && (own - energy).abs() <= SAME * (1e-3 + energy.abs())
+            };
+            if !(listed.neutral && found.iter().any(is_member)) {
+                found.push(listed);
+            }
+        }
+        match (found.is_empty(), solution) {
+            (true, Err(why)) => Err(why),
+            _ => Ok(AllEquilibria {
+                found,
+                complete_below,
+                largest_wrench: largest,
+            }),
+        }
+    }
+
+    /// Adds every elastica with its end in place and lambda below the bound; returns the bound if the list is proven.
+    fn list_closed_form(
+        &self,
+        chart: &ClosedForm,
+        lambda_max: f64,
+        all: &mut Vec<(Wrench, Finding)>,
+    ) -> Option<f64> {
+        self.end.position[0]?;
+        let target = chart.target(self);
+        for listed in equilibria_at(target.x, target.y, lambda_max).ok()? {
+            let x = ClosedForm::at(listed.equilibrium.p, listed.equilibrium.w);
+            let b = Chart::wrench(chart, self, &dynamic(x)).ok()?;
+            if !all.iter().any(|(known, _)| is_same(known, &b)) {
+                all.push((b, Finding::ClosedForm));
+            }
+        }
+        Some(lambda_max)
+    }
+
+    /// Adds the equilibria within the plane that deflation finds.
+    fn deflate_in(&self, plane: &Plane, all: &mut Vec<(Wrench, Finding)>) {
+        let within = |b: &Wrench| Some(plane.in_plane_part(b)).filter(|(_, whole)| *whole);
+        let known: Vec<DVector<f64>> = (all.iter())
+            .filter_map(|(b, _)| within(b))
+            .map(|(x, _)| dynamic(x))
+            .collect();
+        let mut guesses = known.clone();
+        for part in PLANAR_SIZES {
+            for k in 0..3 {
+                for size in [part * TYPICAL, -part * TYPICAL] {
+                    guesses.push(dynamic(Vector3::ith(k, size)));
+                }
+            }
+        }
+        let member = Member {
+            chart: plane,
+            problem: self,
+            search: Search::new(),
+        };
+        let asked = deflation::Options {
+            newton: options(self.correction(), PATIENCE),
+            separation: SAME,
+            ..deflation::Options::default()
+        };
+        if let Ok(search) = find_further(&member, 0.0, &known, &guesses, &asked) {
+            let found = search.solutions.iter();
+            let found = found.filter_map(|at| Chart::wrench(plane, self, &at.x).ok());
+            for b in found.filter(|b| b.norm() <= LARGEST) {
+                if !all.iter().any(|(known, _)| is_same(known, &b)) {
+                    all.push((b, Finding::Deflation));
+                }
+            }
+        }
+    }
+
+    /// Adds the images of the known equilibria under symmetries of the data: reflections in planes through d3, half a
+    /// turn about d3, and the exchange of both ends. An image counts if it solves the problem.
+    fn add_images(&self, plane: Option<&Plane>, all: &mut Vec<(Wrench, Finding)>) {
+        if self.end.follower {
+            return;
+        }
+        let [one, other] = [Vector3::x(), Vector3::y()].map(|normal| reflection(&normal));
+        let mut turns = vec![Matrix3::identity(), one, other, one * other];
+        turns.extend(plane.map(|plane| reflection(&plane.normal())));
+        let mut next = 0;
+        while let Some((b, _)) = all.get(next).copied() {
+            next += 1;
+            let reversed = self.exchanged(&b);
+            for from in std::iter::once(b).chain(reversed) {
+                for turn in &turns {
+                    let (m, n) = halves(&from);
+                    // Couples are axial vectors.
+                    let image = join(&(turn * m * turn.determinant()), &(turn * n));
+                    if all.iter().any(|(known, _)| is_same(known, &image)) {
+                        continue;
+                    }
+                    let left = self.bare_trial(&image).map(|trial| self.residual(&trial));
+                    if left.is_ok_and(|left| left.norm() <= IMAGE * (1.0 + image.norm())) {
+                        all.push((image, Finding::Symmetry));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The base wrench of the rod that is seen from its other end, d1 kept and d2, d3 turned about it.
+    fn exchanged(&self, b: &Wrench) -> Option<Wrench> {
+        let end = self.bare_trial(b).ok()?;
+        let back = end.rotation.transpose();
+        let (m, n) = (back * end.m, back * end.n);
+        Some(join(
+            &Vector3::new(-m.x, m.y, m.z),
+            &Vector3::new(-n.x, n.y, n.z),
+        ))
+    }
+
+    /// The equilibrium with this base wrench, in the units of the numerics.
+    fn listed(
+        &self,
+        b: &Wrench,
+        finding: Finding,
+        plane: Option<&Plane>,
+    ) -> Result<ListedEquilibrium> {
+        // Few steps: each search ends with a converged equilibrium, and an image is as good.
+        let asked = options(self.correction(), 10);
+        let solved = newton(&Spatial, self, &dynamic(*b), &asked);
+        let equilibrium = match solved {
+            Ok(solved) => {
+                let mut route = Route::start();
+                route.add(&solved);
+                let why = "all equilibria were looked for".to_owned();
+                let taken = ChosenPath::new(Path::Spatial, why);
+                self.describe(&Spatial, &solved, route, taken)?
+            }
+            Err(_) => self.solve(Some(&self.rod.outward_wrench(b)))?,
+        };
+        let b = self.rod.inward(&equilibrium.base);
+        let values = self.equations(&self.trial(&b)?).1.singular_values();
+        let flat = plane.filter(|plane| plane.in_plane_part(&b).1);
+        Ok(ListedEquilibrium {
+            index_in_plane: flat.and_then(|plane| self.index_in_plane(plane, &b)),
+            neutral: values.min() <= NEUTRAL * values.max(),
+            finding,
+            equilibrium,
+        })
+    }
+}
+
+/// Reflection in the plane through the clamp with this unit normal.
+fn reflection(normal: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() - 2.0 * normal * normal.transpose()
+}
+
+/// Appends the wrenches of `found` after the known ones, each with the search `finding`.
+fn note(all: &mut Vec<(Wrench, Finding)>, found: Vec<Wrench>, finding: Finding) {
+    let known = all.len();
+    all.extend(found.into_iter().skip(known).map(|b| (b, finding)));
 }
 
 /// True if two wrenches belong to one equilibrium.

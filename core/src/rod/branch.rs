@@ -21,9 +21,14 @@ pub struct RodFamily<P, C = Spatial> {
     step: f64,
 }
 
+/// Change of the equations over a step of a difference beyond which the step is shortened, and the shortest step over
+/// the first.
+const CHANGE: f64 = 0.01;
+const SHORTEST: f64 = 1e-3;
+
 /// A point of a branch of equilibria.
 #[derive(Debug, Clone, PartialEq)]
-pub struct State {
+pub struct BranchEquilibrium {
     /// Base wrench (m(0), n) in the world frame.
     pub base: Wrench,
     /// The section at the end.
@@ -38,7 +43,7 @@ pub trait Statical: Family {
     ///
     /// # Errors
     /// Those of the problem and of the rod.
-    fn state(&self, x: &DVector<f64>, p: f64) -> Result<State>;
+    fn state(&self, x: &DVector<f64>, p: f64) -> Result<BranchEquilibrium>;
 }
 
 impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
@@ -90,20 +95,26 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
         Ok(self.chart.working(&(self.problem)(p)?, end))
     }
 
-    /// Derivative by p: a central difference, one-sided if one side is out of reach.
+    /// Derivative by p: a central difference, one-sided if one side is out of reach. A change at the clamp of a
+    /// long rod grows as exp(lam): the step is shortened if the value changes much over it.
     fn difference(
         &self,
         p: f64,
         at: impl Fn(&Problem) -> Result<DVector<f64>>,
     ) -> Result<DVector<f64>> {
-        let h = self.step;
         let at = |p: f64| at(&(self.problem)(p)?);
-        match (at(p + h), at(p - h)) {
+        let over = |h: f64| match (at(p + h), at(p - h)) {
             (Ok(after), Ok(before)) => Ok((after - before) / (2.0 * h)),
             (Ok(after), Err(_)) => Ok((after - at(p)?) / h),
             (Err(_), Ok(before)) => Ok((at(p)? - before) / h),
             (Err(why), Err(_)) => Err(why),
+        };
+        let rough = over(self.step)?;
+        let part = CHANGE / (rough.norm() * self.step);
+        if part < 1.0 {
+            return over(self.step * part.max(SHORTEST));
         }
+        Ok(rough)
     }
 }
 
@@ -135,7 +146,7 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {
         let problem = (self.problem)(p)?;
         // Follower loads have no potential: no index, and only singular tangents are special points.
-        if problem.end.follower {
+        if problem.is_followed() {
             return Ok(None);
         }
         self.chart.index(&problem, x).map(Some)
@@ -143,11 +154,11 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
 }
 
 impl<P: Fn(f64) -> Result<Problem>, C: Chart> Statical for RodFamily<P, C> {
-    fn state(&self, x: &DVector<f64>, p: f64) -> Result<State> {
+    fn state(&self, x: &DVector<f64>, p: f64) -> Result<BranchEquilibrium> {
         let problem = (self.problem)(p)?;
         let trial = self.chart.bare_trial(&problem, x)?;
         let b = self.chart.wrench(&problem, x)?;
-        Ok(State {
+        Ok(BranchEquilibrium {
             base: problem.rod.outward_wrench(&b),
             end: self.chart.end(&problem, x)?,
             residual: self.chart.residual(&problem, &trial).norm(),

@@ -22,12 +22,12 @@ mod tangent;
 use super::ivp::{LineState, STEP_LIMIT, Wrench, integration_error, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
-use crate::math::lanes8::{Eight, Extension, Rule};
+use crate::math::lanes8::{Eight, Extension, GaussRule};
 use crate::math::registers::wide;
 use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
-use conjugate_angle::Turning;
+use conjugate_angle::DeterminantAngle;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 use tangent::carry;
@@ -70,7 +70,7 @@ impl<'a> Collocated<'a> {
         first: usize,
         tolerance: f64,
     ) -> Result<(LineState<K>, Cost)> {
-        let along = Integration::new(self, b, (first, K), tolerance)?;
+        let along = Integration::new(self, b, first, K, tolerance)?;
         let ended = along.follow(None);
         let ended = ended.map_err(|s| integration_error(self.law, b, None, s))?;
         Ok((along.end_along_clamp_axes(&ended), ended.cost))
@@ -141,7 +141,7 @@ const FRAME: usize = 6;
 const MAX_COLUMNS: usize = 6;
 
 /// Sections at the nodes of a step.
-struct Sections<S: Simd> {
+struct NodeSections<S: Simd> {
     /// Directors, by number.
     d: Matrix<S>,
     /// (u, v).
@@ -158,7 +158,7 @@ struct EndState {
     r: [f64; 3],
     energy: f64,
     columns: Columns,
-    turning: Option<Turning>,
+    turning: Option<DeterminantAngle>,
     cost: Cost,
 }
 
@@ -172,11 +172,11 @@ struct Columns {
 
 /// A step: its rule and length, the place of its start, the sections at the nodes, and the slopes of the columns
 /// there.
-struct Step<'a, S: Simd> {
-    rule: &'a Rule<S>,
+struct CollocationStep<'a, S: Simd> {
+    rule: &'a GaussRule<S>,
     h: f64,
     from: &'a [f64; 3],
-    at: &'a Sections<S>,
+    at: &'a NodeSections<S>,
     slopes: &'a [[Eight<S>; 6]],
 }
 
@@ -196,10 +196,20 @@ struct SweptSlopes<S: Simd> {
     pulled: [[Eight<S>; 2]; MAX_COLUMNS],
 }
 
+/// Start of the sweeps of the variations on a step.
+struct VariationStart<'a, S: Simd> {
+    /// Slopes of the last step. The sweeps overwrite them with the slopes of the new step.
+    swept: &'a mut SweptSlopes<S>,
+    /// Extrapolation of these slopes, and how much earlier along the force the last step begins; None: no guess.
+    extension: Option<(&'a Extension<S>, f64)>,
+    /// Change of the slopes at which the sweeps stop.
+    stays: f64,
+}
+
 /// The integration from clamp to end, with the angle of the columns if asked for.
 struct Whole<'a> {
     along: &'a Integration<'a>,
-    turning: Option<Turning>,
+    turning: Option<DeterminantAngle>,
 }
 
 impl WithSimd for Whole<'_> {
@@ -246,7 +256,7 @@ impl WithSimd for Whole<'_> {
             }
             // Divide the remaining length into equal steps.
             let h = (1.0 - s) / ((1.0 - s) / step - 1e-6).ceil().max(1.0);
-            let rule = Rule::new(simd, h);
+            let rule = GaussRule::new(simd, h);
             let start = [q[0], q[1], q[2], q[3], r[0], r[1]];
             let extension =
                 (tried.h > 0.0).then(|| Extension::new(simd, (s - tried.s) / tried.h, h / tried.h));
@@ -269,10 +279,12 @@ impl WithSimd for Whole<'_> {
                 if count > 0 {
                     let size = largest(&columns.tangent[..count]).max(1.0);
                     let stays = size * along.stays / h;
-                    let start = (&r, &columns);
-                    let guess = extension.as_ref().map(|by| (by, r[2] - tried.along));
-                    let known = (&mut tried.swept, guess);
-                    let swept = along.vary(&at, &rule, start, known, varying, stays);
+                    let start = VariationStart {
+                        swept: &mut tried.swept,
+                        extension: extension.as_ref().map(|by| (by, r[2] - tried.along)),
+                        stays,
+                    };
+                    let swept = along.vary(&at, &rule, &r, &columns, start, varying);
                     let Some(more) = swept else {
                         step = 0.5 * h;
                         cost.rejected += 1;
@@ -303,7 +315,7 @@ impl WithSimd for Whole<'_> {
             let mut carried = columns;
             carry(&mut carried.tangent, &rule, varying, &moved);
             if let Some(angle) = &mut angle {
-                let taken = Step {
+                let taken = CollocationStep {
                     rule: &rule,
                     h,
                     from: &r,
@@ -311,7 +323,7 @@ impl WithSimd for Whole<'_> {
                     slopes: varying,
                 };
                 let growth = angle.growth;
-                if !angle.follow(along, &taken, &columns, (&to, &mut carried)) {
+                if !angle.follow(along, &taken, &columns, &to, &mut carried) {
                     step = 0.5 * h;
                     cost.rejected += 1;
                     continue;
@@ -361,7 +373,8 @@ impl<'a> Integration<'a> {
     fn new(
         rod: &Collocated<'a>,
         b: &Wrench,
-        (first, count): (usize, usize),
+        first: usize,
+        count: usize,
         tolerance: f64,
     ) -> Result<Self> {
         let Collocated { law, linear } = *rod;
@@ -394,7 +407,7 @@ impl<'a> Integration<'a> {
     /// Integrates the rod, or returns the arclength at which the integration fails. Compilation for each kind of
     /// processor takes long: there is one instance for any number of columns, with the angle or without.
     #[inline(never)]
-    fn follow(&self, turning: Option<Turning>) -> std::result::Result<EndState, f64> {
+    fn follow(&self, turning: Option<DeterminantAngle>) -> std::result::Result<EndState, f64> {
         wide(Whole {
             along: self,
             turning,
@@ -480,7 +493,7 @@ impl<'a> Integration<'a> {
     #[inline(always)]
     fn sweep<S: Simd>(
         &self,
-        rule: &Rule<S>,
+        rule: &GaussRule<S>,
         start: &[f64; FRAME],
         slopes: &mut [Eight<S>; FRAME],
         h: f64,
@@ -509,7 +522,7 @@ impl<'a> Integration<'a> {
 
     /// Sections of the given frames and places.
     #[inline(always)]
-    fn sections<S: Simd>(&self, z: &[Eight<S>; FRAME]) -> Sections<S> {
+    fn sections<S: Simd>(&self, z: &[Eight<S>; FRAME]) -> NodeSections<S> {
         let [w, x, y, zz, r1, r2] = *z;
         let (x2, y2, z2) = (x + x, y + y, zz + zz);
         let (wx, wy, wz) = (w * x2, w * y2, w * z2);
@@ -539,7 +552,7 @@ impl<'a> Integration<'a> {
             strain[i] = change[i] + w.with(self.linear.rest[i]);
         }
         let along = turned_vector(&d, &[strain[3], strain[4], strain[5]]);
-        Sections {
+        NodeSections {
             d,
             strain,
             along,

@@ -1,7 +1,7 @@
 //! Variations of a rod from clamp to end, and the angle that counts its conjugate points (see `index`).
 
 use super::distributed_load::LoadState;
-use super::ivp::{Flow, LineState, STEP_LIMIT, Wrench, rate, unit_columns};
+use super::ivp::{LineState, STEP_LIMIT, Wrench, WrenchFlow, rate, unit_columns};
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::solve::dop853::Dop853;
@@ -102,7 +102,8 @@ pub(super) struct FollowedRod<const K: usize, C = ()> {
 
 /// The variations of a rod integrated by `follow`, given kappa.
 pub(super) fn variations<const K: usize, C: LoadState<K>>(
-    (law, load): (&ScaledLaw, &C::Load),
+    law: &ScaledLaw,
+    load: &C::Load,
     b: &Wrench,
     follow: impl FnOnce(f64) -> Result<FollowedRod<K, C>>,
 ) -> Result<Variations<K>> {
@@ -138,7 +139,8 @@ pub(super) fn variations_error() -> Error {
 
 /// Integrates the variations of any rod by explicit steps.
 pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
-    (law, load): (&ScaledLaw, &C::Load),
+    law: &ScaledLaw,
+    load: &C::Load,
     b: &Wrench,
     weight: f64,
     tolerance: f64,
@@ -146,7 +148,7 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
     let rod = &Loaded { load, b };
     let longest = 1.2 / rate(law, b)?;
     let [dm, dn] = unit_columns();
-    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
+    let mut flow = WrenchFlow::<K, C>::new(law, load, b, dm, dn);
     let state = LineState::clamp();
     let slope = flow.slope(&state).ok_or_else(variations_error)?;
     let mut turn =
@@ -224,7 +226,7 @@ pub(super) const MIXING_SIZE: f64 = 30.0;
 fn separate_columns<const K: usize, C: LoadState<K>>(
     state: &mut LineState<K, C>,
     slope: &mut LineState<K, C>,
-    flow: &mut Flow<'_, K, C>,
+    flow: &mut WrenchFlow<'_, K, C>,
     rod: &Loaded<'_, K, C>,
 ) -> Option<f64> {
     let (mixing, size) = mixing_matrix(&conjugate(state, rod, &flow.dm))?;

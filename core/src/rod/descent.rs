@@ -112,7 +112,7 @@ impl Problem {
     /// The chain at rest in a stable equilibrium to which the unloaded rod falls. `None` for loads without a potential,
     /// and if the descent does not converge.
     pub(super) fn descended(&self) -> Option<Chain> {
-        if self.end.follower || (self.orientation.is_none() && self.couple != Vector3::zeros()) {
+        if self.is_followed() || (self.orientation.is_none() && self.couple != Vector3::zeros()) {
             return None;
         }
         let (law, weight) = self.law_and_load();
@@ -299,7 +299,7 @@ impl Fall<'_> {
                 None => {}
             }
         }
-        let force = self.spring_force(&chain)?;
+        let force = self.spring_force(&chain);
         chain.couples = (0..chain.v.len())
             .map(|k| {
                 Some(
@@ -374,14 +374,12 @@ impl Fall<'_> {
     }
 
     /// Force of the springs on the held end.
-    fn spring_force(&self, chain: &Chain) -> Option<Vector3<f64>> {
+    fn spring_force(&self, chain: &Chain) -> Vector3<f64> {
         let end = self.end(chain);
         let stiffness = HOLD * self.size;
         let each = self.held.iter();
-        Some(
-            each.map(|(axis, at)| axis * (stiffness * (at - axis.dot(&end))))
-                .sum(),
-        )
+        each.map(|(axis, at)| axis * (stiffness * (at - axis.dot(&end))))
+            .sum()
     }
 
     /// Turn of the end from the held orientation, and stiffness of the spring against the turn.
@@ -415,8 +413,10 @@ impl Fall<'_> {
 
     fn piece(&self, chain: &Chain, k: usize, load: &Vector3<f64>) -> Option<Piece> {
         self.piece_of(
-            (chain.places[k], chain.places[k + 1]),
-            (&chain.turns[k], &chain.turns[k + 1]),
+            chain.places[k],
+            chain.places[k + 1],
+            &chain.turns[k],
+            &chain.turns[k + 1],
             &chain.v[k],
             load,
         )
@@ -424,8 +424,10 @@ impl Fall<'_> {
 
     fn piece_of(
         &self,
-        (from, to): (f64, f64),
-        (a, b): (&Turn, &Turn),
+        from: f64,
+        to: f64,
+        a: &Turn,
+        b: &Turn,
         v: &Vector3<f64>,
         load: &Vector3<f64>,
     ) -> Option<Piece> {
@@ -462,7 +464,7 @@ impl Fall<'_> {
     /// The energy of the chain to second order.
     fn quadratic(&self, chain: &Chain) -> Option<Quadratic> {
         let n = chain.v.len();
-        let spring = self.spring_force(chain)?;
+        let spring = self.spring_force(chain);
         let mut found = Quadratic {
             energy: self.energy(chain)?,
             gradient: vec![Part::zeros(); n],
@@ -536,7 +538,7 @@ impl Fall<'_> {
         load: &Vector3<f64>,
     ) -> Option<(Piece, SMatrix<f64, 9, 9>)> {
         let piece = self.piece(chain, k, load)?;
-        let ends = (chain.places[k], chain.places[k + 1]);
+        let (from, to) = (chain.places[k], chain.places[k + 1]);
         let mut second = SMatrix::<f64, 9, 9>::zeros();
         for column in 0..9 {
             if column >= 6 && !self.free[column - 6] {
@@ -549,7 +551,7 @@ impl Fall<'_> {
                 1 => b = product(&exponential(&unit), &b),
                 _ => v += unit,
             }
-            let beside = self.piece_of(ends, (&a, &b), &v, load)?;
+            let beside = self.piece_of(from, to, &a, &b, &v, load)?;
             for row in 0..3 {
                 let change = (beside.gradient[row] - piece.gradient[row]) / DIFFERENCE;
                 second

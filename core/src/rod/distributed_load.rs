@@ -228,6 +228,12 @@ pub(super) struct ScaledLoad {
 }
 
 impl ScaledLoad {
+    /// True if the load has the direction of the unit vector `axis` everywhere, or its opposite.
+    pub(super) fn is_along(&self, axis: &Vector3<f64>) -> bool {
+        let mut all = self.load.coefficients();
+        all.all(|c| axis.cross(c).norm() <= 1e-12 * c.norm())
+    }
+
     pub(super) fn new(load: &DistributedLoad, rod: &Rod) -> Self {
         let (couple, force) = rod.units();
         let turn = rod.clamp.rotation.inverse();
@@ -236,6 +242,15 @@ impl ScaledLoad {
         Self {
             load: load.mapped(|c| turn * c * scale),
             ground,
+        }
+    }
+
+    /// A load along the directors.
+    pub(super) fn turning(load: &DistributedLoad, rod: &Rod) -> Self {
+        let scale = rod.length / rod.units().1;
+        Self {
+            load: load.mapped(|c| c * scale),
+            ground: 0.0,
         }
     }
 
@@ -313,6 +328,14 @@ impl ScaledLoad {
     }
 }
 
+/// Directors and place of a section, with their variations by columns.
+pub(super) struct Place<'a, const K: usize> {
+    pub(super) d: &'a [[f64; 3]; 3],
+    pub(super) r: &'a [f64; 3],
+    pub(super) phi: &'a [[f64; K]; 3],
+    pub(super) rho: &'a [[f64; K]; 3],
+}
+
 /// State of a load, integrated along the rod besides frame and centreline.
 pub(super) trait LoadState<const K: usize>: Copy + std::fmt::Debug {
     /// The load itself.
@@ -324,15 +347,19 @@ pub(super) trait LoadState<const K: usize>: Copy + std::fmt::Debug {
     /// Adds the errors of the shape, and of the tangent, squared and relative to the size between `from` and `to`.
     fn add_errors(&self, from: &Self, to: &Self, shape: &mut f64, tangent: &mut f64);
     /// Force n(s) with n(0) = `base`.
-    fn force(load: &Self::Load, base: &[f64; 3], s: f64) -> [f64; 3];
+    fn force(&self, load: &Self::Load, base: &[f64; 3], s: f64) -> [f64; 3];
+    /// Variations of the follower force summed from the clamp to this section, by columns; `None` without such a load.
+    fn taken_force(&self) -> Option<&[[f64; K]; 3]> {
+        None
+    }
     /// Load density at s.
     fn density(load: &Self::Load, s: f64) -> Vector3<f64>;
     /// Subtracts w from m.
     fn subtract_couple(&self, m: &mut [f64; 3]);
     /// Subtracts dw from dm, by columns.
     fn take_columns(&self, dm: &mut [[f64; K]; 3]);
-    /// Derivative along the rod at s, r and rho.
-    fn slope(load: &Self::Load, s: f64, r: &[f64; 3], rho: &[[f64; K]; 3]) -> Self;
+    /// Derivative along the rod at s, with the directors d, r, and their variations phi and rho.
+    fn slope(load: &Self::Load, s: f64, at: &Place<'_, K>) -> Self;
     /// Columns of the tangent.
     fn columns(&mut self) -> &mut [[f64; K]];
     /// Work int f.r ds from the clamp to this section.
@@ -350,7 +377,7 @@ impl<const K: usize> LoadState<K> for () {
     fn add_errors(&self, (): &Self, (): &Self, _: &mut f64, _: &mut f64) {}
 
     #[inline(always)]
-    fn force((): &(), base: &[f64; 3], _: f64) -> [f64; 3] {
+    fn force(&self, (): &(), base: &[f64; 3], _: f64) -> [f64; 3] {
         *base
     }
 
@@ -366,7 +393,7 @@ impl<const K: usize> LoadState<K> for () {
     fn take_columns(&self, _: &mut [[f64; K]; 3]) {}
 
     #[inline(always)]
-    fn slope((): &(), _: f64, _: &[f64; 3], _: &[[f64; K]; 3]) -> Self {}
+    fn slope((): &(), _: f64, _: &Place<'_, K>) -> Self {}
 
     #[inline(always)]
     fn columns(&mut self) -> &mut [[f64; K]] {
@@ -384,6 +411,22 @@ pub(super) struct LoadMoment<const K: usize> {
     w: [f64; 3],
     dw: [[f64; K]; 3],
     work: f64,
+}
+
+impl<const K: usize> LoadMoment<K> {
+    /// Adds a couple with its tangent, by columns.
+    #[inline]
+    pub(super) fn add_couple(&mut self, w: &Vector3<f64>, by: impl Fn(usize) -> Vector3<f64>) {
+        for i in 0..3 {
+            self.w[i] += w[i];
+        }
+        for j in 0..K {
+            let column = by(j);
+            for i in 0..3 {
+                self.dw[i][j] += column[i];
+            }
+        }
+    }
 }
 
 impl<const K: usize> LoadState<K> for LoadMoment<K> {
@@ -420,7 +463,7 @@ impl<const K: usize> LoadState<K> for LoadMoment<K> {
     }
 
     #[inline]
-    fn force(load: &ScaledLoad, base: &[f64; 3], s: f64) -> [f64; 3] {
+    fn force(&self, load: &ScaledLoad, base: &[f64; 3], s: f64) -> [f64; 3] {
         let gone = load.integral_to(s);
         [base[0] - gone.x, base[1] - gone.y, base[2] - gone.z]
     }
@@ -447,9 +490,9 @@ impl<const K: usize> LoadState<K> for LoadMoment<K> {
     }
 
     #[inline]
-    fn slope(load: &ScaledLoad, s: f64, r: &[f64; 3], rho: &[[f64; K]; 3]) -> Self {
+    fn slope(load: &ScaledLoad, s: f64, at: &Place<'_, K>) -> Self {
         let f = load.density(s);
-        let r = Vector3::from(*r);
+        let (r, rho) = (Vector3::from(*at.r), at.rho);
         let mut dw = [[0.0; K]; 3];
         for j in 0..K {
             dw[0][j] = rho[1][j] * f.z - rho[2][j] * f.y;

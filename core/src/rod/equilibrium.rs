@@ -23,7 +23,8 @@ pub struct Equilibrium {
     pub end: RodSection,
     /// Potential -int f.r ds of the load along the rod, in the world; 0 without one.
     pub potential: f64,
-    /// Morse index in space under the end condition; 0 is stable.
+    /// Morse index in space under the end condition; 0 is stable. 0 without meaning where loads turn with the rod
+    /// beside dead ones, or along it ([`Problem::is_mixed`]).
     pub index: usize,
     /// Norm of the residual, in the numerics' units (length, B/L, B/L^2).
     pub residual: f64,
@@ -66,7 +67,7 @@ impl Problem {
     /// No convergence from the guess, or on any path; the message says how far the best one came. A requested path
     /// that is not valid.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
-        if guess.is_some() || self.end.follower {
+        if guess.is_some() || self.is_followed() {
             return self.solve_along_paths(guess);
         }
         let is_stable =
@@ -176,7 +177,7 @@ impl Problem {
         };
         let why = match &flat {
             _ if self.path != Path::Auto => return search.verdict(flat),
-            Ok(found) if found.index == 0 || self.end.follower || guess.is_some() => return flat,
+            Ok(found) if found.index == 0 || self.is_followed() || guess.is_some() => return flat,
             Ok(found) => format!(
                 "the data are planar, but the equilibrium found in the plane has index {} in space",
                 found.index
@@ -199,7 +200,7 @@ impl Problem {
         let force = loaded.map(|i| self.targets[i].powi(2)).sum::<f64>().sqrt();
         let [a, b] = self.rod.law.flexures();
         let lam = (force * a.max(b)).sqrt();
-        if self.end.follower || lam < LAM {
+        if self.is_followed() || lam < LAM {
             return Ok(());
         }
         let (_, unit) = self.rod.units();
@@ -219,7 +220,7 @@ impl Problem {
         let [a, b] = self.rod.law.flexures();
         let root = |n: &Vector3<f64>| n.norm().sqrt();
         let lam = weight.mean(&(force + weight.total()), root) * a.max(b).sqrt();
-        if self.end.follower || lam < LAM {
+        if self.is_followed() || lam < LAM {
             return Ok(());
         }
         Err(Error::ill_conditioned(format!(
@@ -239,7 +240,7 @@ impl Problem {
         }
         let starts = &mut self.free_starts();
         let reduced = self.solve_in(&FreeEnd, search, starts, guess, taken.clone());
-        let enough = |found: &Equilibrium| found.index == 0 || self.end.follower;
+        let enough = |found: &Equilibrium| found.index == 0 || self.is_followed();
         if guess.is_some() || reduced.as_ref().is_ok_and(enough) {
             return reduced;
         }
@@ -279,7 +280,7 @@ impl Problem {
             }
             match self.walk(chart, search, start, &taken) {
                 Ok(found) => {
-                    let enough = found.index == 0 || self.end.follower;
+                    let enough = found.index == 0 || self.is_followed();
                     if best.as_ref().is_none_or(|best| found.index < best.index) {
                         best = Some(found);
                     }
@@ -298,7 +299,7 @@ impl Problem {
         (10.0 * self.tolerance).max(1e-12)
     }
 
-    fn describe(
+    pub(super) fn describe(
         &self,
         chart: &dyn AnyChart,
         solved: &Solution,
@@ -318,7 +319,8 @@ impl Problem {
             b = polished;
             residual = self.residual(&self.bare_trial(&b)?).norm();
         }
-        let index = self.index(&b)?;
+        // Follower loads beside dead loads, or along the rod, leave the equilibrium without an index.
+        let index = if self.is_mixed() { 0 } else { self.index(&b)? };
         if !(residual < POOR * (1.0 + b.norm())) {
             return Err(Error::ill_conditioned(format!(
                 "the best base wrench that double precision holds misses the end condition by {residual:.1e} (in L, B/L, B/L^2): the rod is \
@@ -352,6 +354,8 @@ impl Problem {
         let first = Problem {
             rod: self.bent(bend),
             weight: self.share(begun),
+            followed: self.followed.as_ref().map(|load| load.times(0.0)),
+            turning: [Vector3::zeros(); 2],
             ..self.clone()
         };
         let mut route = Route {
@@ -366,7 +370,7 @@ impl Problem {
         let b = chart.wrench(&first, &x)?;
         let end = first.integrate_to_end::<0>(&b)?;
         let (r, rotation, n) = (end.at.position(), end.at.rotation(), end.n);
-        let couple = match self.weight {
+        let couple = match self.weight.as_ref().or(self.followed.as_ref()) {
             None => b.fixed_rows::<3>(0) - (r + first.lever(&rotation)).cross(&n),
             Some(_) => end.m - first.lever(&rotation).cross(&n),
         };
@@ -379,6 +383,8 @@ impl Problem {
         let mut solved = follow(chart, search, x, &mut route, start.description(), &|part| {
             let mut way = first.clone();
             way.weight = self.share(begun + (1.0 - begun) * part);
+            way.followed = self.followed.as_ref().map(|load| load.times(part));
+            way.turning = self.turning.map(|load| load * part);
             way.couple = couple + (self.couple - couple) * part;
             for i in 0..3 {
                 let from = match self.end.position[i] {

@@ -203,7 +203,8 @@ impl<const K: usize> InertiaIntegrals<K> {
     pub fn add(
         &mut self,
         weight: f64,
-        (tangent, at): (&Tangent<K>, &MovingSection),
+        tangent: &Tangent<K>,
+        at: &MovingSection,
         second: &Second,
         rotary: &Vector3<f64>,
     ) {
@@ -408,7 +409,7 @@ impl<L> MovingRod<'_, L> {
                 let tangent = self.tangent::<J, K>(stage);
                 let at = self.section_motion(stage, &tangent);
                 if weight != 0.0 {
-                    sums.add(weight, (&tangent, &at), second, &self.rotary);
+                    sums.add(weight, &tangent, &at, second, &self.rotary);
                 }
                 self.slope(stage.s(), &at, second, &C::density(self.load, stage.s()))
             })?;
@@ -430,26 +431,29 @@ impl Rod {
     pub fn generalized_inertia(
         &self,
         mass: &SectionMass,
-        (b, load): (&Wrench, Option<&DistributedLoad>),
+        b: &Wrench,
+        load: Option<&DistributedLoad>,
         motion: &RodRates,
         trace: &Trace,
     ) -> Result<SpaceRodInertia> {
         let found = match &trace.0 {
             TraceKind::Bare(way, true) => {
-                self.inertia_with_load::<6, (), 9>(mass, (b, &()), motion, way)
+                self.inertia_with_load::<6, (), 9>(mass, b, &(), motion, way)
             }
             TraceKind::Bare(way, false) => {
-                self.inertia_with_load::<6, (), 6>(mass, (b, &()), motion, way)
+                self.inertia_with_load::<6, (), 6>(mass, b, &(), motion, way)
             }
             TraceKind::Held(way) => self.inertia_with_load::<6, LoadMoment<6>, 6>(
                 mass,
-                (b, &self.scaled_load(load)),
+                b,
+                &self.scaled_load(load),
                 motion,
                 way,
             ),
             TraceKind::Turning(way) => self.inertia_with_load::<9, LoadMoment<9>, 9>(
                 mass,
-                (b, &self.scaled_load(load)),
+                b,
+                &self.scaled_load(load),
                 motion,
                 way,
             ),
@@ -472,7 +476,8 @@ impl Rod {
     fn inertia_with_load<const J: usize, C: LoadState<J>, const K: usize>(
         &self,
         mass: &SectionMass,
-        (b, load): (&Wrench, &C::Load),
+        b: &Wrench,
+        load: &C::Load,
         motion: &RodRates,
         (track, end): &Tracked<J, C>,
     ) -> Option<SpaceRodInertia> {

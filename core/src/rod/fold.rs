@@ -86,7 +86,7 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
     ///
     /// # Errors
     /// Those of the problem and of the rod; a point or a direction that is not that of a fold.
-    pub fn fold(&self, (b, z): (&Wrench, &Wrench), p: f64) -> Result<Fold> {
+    pub fn fold(&self, b: &Wrench, z: &Wrench, p: f64) -> Result<Fold> {
         let problem = self.problem(p)?;
         let trial = problem.trial(b)?;
         let [x, along] = [b, z].map(|v| DVector::from_column_slice(v.as_slice()));
@@ -94,7 +94,7 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
         let conjugate = DVector::from_column_slice(problem.conjugate(&trial, z).as_slice());
         let left = jacobian.tr_mul(&conjugate).norm();
         let conservative =
-            !problem.end.follower && left <= SINGULAR * jacobian.norm() * conjugate.norm();
+            !problem.is_followed() && left <= SINGULAR * jacobian.norm() * conjugate.norm();
         let (psi, against) = if conservative {
             (conjugate, *z)
         } else {
@@ -107,7 +107,7 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
             let unit = z.norm() / against.norm();
             (psi * unit, against * unit)
         };
-        let [drive, bend] = normal_form(self, (&x, p), (&psi, &along))?;
+        let [drive, bend] = normal_form(self, &x, p, &psi, &along)?;
         Ok(Fold {
             drive,
             bend,
@@ -124,7 +124,8 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> RodFamily<P, C> {
     /// As [`RodFamily::fold`]; a chart in which no factor of an equation is known; loads without a potential.
     pub fn fold_in_chart(
         &self,
-        (x, z): (&DVector<f64>, &DVector<f64>),
+        x: &DVector<f64>,
+        z: &DVector<f64>,
         p: f64,
         end: &[Vector3<f64>; 2],
     ) -> Result<[f64; 2]> {
@@ -148,6 +149,6 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> RodFamily<P, C> {
         if !(off <= SINGULAR * SINGULAR * size) {
             return Err(Error::domain("the loads of the end have no potential"));
         }
-        normal_form(self, (x, p), (&(psi * scale), z))
+        normal_form(self, x, p, &(psi * scale), z)
     }
 }

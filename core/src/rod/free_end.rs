@@ -69,6 +69,7 @@ impl Problem {
     /// True if the end bears no couple, and the force is constant along the rod.
     pub(super) fn has_free_end(&self) -> bool {
         self.weight.is_none()
+            && !self.is_mixed()
             && self.orientation.is_none()
             && [self.couple, self.arm] == [Vector3::zeros(); 2]
     }

@@ -15,6 +15,9 @@
 //! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one
 //!   (Haynsworth).
 //!
+//! A turn about the clamp that a symmetry makes free is known (see `zero_modes`), and left out. Other neutral modes
+//! show in the numbers alone.
+//!
 //! A buckled column with the same stiffness in all planes can turn about its axis. At given n it then has a neutral
 //! mode, whose angle is a multiple of pi up to noise. The mode counts as stable. If it moves the end, d r(1)/d n is
 //! unbounded along that motion, with the sign of a stable mode.
@@ -25,6 +28,7 @@ use super::conjugate_points::{Variations, follow_variations, variations};
 use super::distributed_load::LoadMoment;
 use super::ivp::Wrench;
 use super::taut::Spring;
+use super::zero_modes::FreeTurn;
 use crate::error::{Error, Result};
 use nalgebra::{Complex, DMatrix, DVector, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -79,28 +83,41 @@ impl Problem {
     fn count(&self, b: &Wrench, tolerance: f64) -> Result<Count> {
         let held: Vec<usize> = (0..3).filter(|i| self.end.position[*i].is_some()).collect();
         let clamped = self.end.orientation.is_some();
+        let turn_of = |end: &Matrix3<f64>, place: &Vector3<f64>| {
+            let turn = self.free_turn(b);
+            turn.filter(|_| self.is_on_axis(b, place, &end.column(2).into_owned()))
+        };
         if held.is_empty() {
             let along = self.variations::<3>(b, tolerance)?;
+            let turn = turn_of(&along.end.rotation(), &along.end.position());
             let arm = self.lever(&along.end.rotation()).cross_matrix();
             let n = along.n.cross_matrix();
             let beside = (n * arm + arm * n) * 0.5;
-            let zero = 10.0 * tolerance;
-            return Count::at_given_force(&along, clamped, &beside, (zero, 0), tolerance);
+            let (zero, neutral) = (10.0 * tolerance, usize::from(turn.is_some()));
+            return Count::at_given_force(&along, clamped, &beside, zero, neutral, tolerance);
         }
         let along = self.variations::<6>(b, tolerance)?;
+        let turn = turn_of(&along.end.rotation(), &along.end.position());
         let none = Matrix3::zeros();
         let axes: Vec<Vector3<f64>> = held.iter().map(|i| self.axes[*i]).collect();
-        let held = held_position_effect(&along, clamped, &axes, tolerance)?;
-        let loaded = Count::at_given_force(&along, clamped, &none, (0.0, held.neutral), tolerance)?;
+        let held = held_position_effect(&along, clamped, &axes, tolerance, turn)?;
+        let loaded = Count::at_given_force(&along, clamped, &none, 0.0, held.neutral, tolerance)?;
         let index = loaded.index.checked_sub(held.taken).ok_or_else(|| {
             Error::no_convergence(
                 "the index comes out negative: the tolerance is too loose for this load; tighten it, or, where the rod is all but straight, let it stretch (a finite \
                  axial stiffness)",
             )
         })?;
+        // Neutral modes that no symmetry tells are undecided.
+        let told = usize::from(turn == Some(FreeTurn::AtGivenForce));
+        let margin = if held.neutral > told {
+            0.0
+        } else {
+            held.margin
+        };
         Ok(Count {
             index,
-            margin: held.margin,
+            margin,
             ..loaded
         })
     }
@@ -110,15 +127,13 @@ impl Problem {
     fn variations<const K: usize>(&self, b: &Wrench, tolerance: f64) -> Result<Variations<K>> {
         let law = &self.rod.law;
         if let Some(weight) = &self.weight {
-            let rod = (law, weight);
-            return variations::<K, LoadMoment<K>>(rod, b, |kappa| {
-                follow_variations(rod, b, kappa, tolerance)
+            return variations::<K, LoadMoment<K>>(law, weight, b, |kappa| {
+                follow_variations(law, weight, b, kappa, tolerance)
             });
         }
-        let rod = (law, &());
-        variations::<K, ()>(rod, b, |kappa| match Collocated::of(law) {
+        variations::<K, ()>(law, &(), b, |kappa| match Collocated::of(law) {
             Some(rod) => rod.follow_variations(b, kappa, tolerance),
-            None => follow_variations(rod, b, kappa, tolerance),
+            None => follow_variations(law, &(), b, kappa, tolerance),
         })
     }
 }
@@ -145,7 +160,8 @@ impl Count {
         along: &Variations<K>,
         clamped: bool,
         beside: &Matrix3<f64>,
-        (zero, neutral): (f64, usize),
+        zero: f64,
+        neutral: usize,
         tolerance: f64,
     ) -> Result<Self> {
         let (j, p) = along.conjugate;
@@ -155,12 +171,15 @@ impl Count {
         // beyond one (free end).
         let step = if clamped { 0.0 } else { FRAC_PI_2 };
         let mut beyond = angles(&(along.weight * j), &p)?.map(|a| (a - zero - step).rem_euclid(PI));
-        // Margins are measured from the thresholds themselves: an angle left out for `zero` alone is near one.
-        let margin = beyond.iter().fold(f64::INFINITY, |margin, a| {
-            let from = (a + zero).rem_euclid(PI);
-            margin.min(from.min(PI - from) - zero)
-        });
         beyond.sort_by(|a, b| a.min(PI - a).total_cmp(&b.min(PI - b)));
+        // Margins are measured from the thresholds themselves: an angle left out for `zero` alone is near one.
+        let margin = beyond
+            .iter()
+            .skip(neutral)
+            .fold(f64::INFINITY, |margin, a| {
+                let from = (a + zero).rem_euclid(PI);
+                margin.min(from.min(PI - from) - zero)
+            });
         for angle in beyond.iter_mut().take(neutral) {
             if *angle < FRAC_PI_2 {
                 *angle += PI;
@@ -242,6 +261,7 @@ fn held_position_effect(
     clamped: bool,
     axes: &[Vector3<f64>],
     zero: f64,
+    turn: Option<FreeTurn>,
 ) -> Result<HeldPlace> {
     let t = &along.end.tangent;
     let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
@@ -260,8 +280,15 @@ fn held_position_effect(
     // Displacements of the end by neutral modes, along the axes: orthonormal.
     let mut moving = Vec::new();
     let mut neutral = 0;
+    let least = sizes.imin();
     for k in 0..3 {
         let pushed = right.tr_mul(&left.column(k));
+        // A free turn about the clamp keeps the place of the end.
+        let is_turn = turn == Some(FreeTurn::AtGivenForce) && k == least;
+        if is_turn {
+            neutral += 1;
+            continue;
+        }
         if sizes[k] > 10.0 * zero * sizes.max() {
             couple -= modes.column(k) * pushed.transpose() / sizes[k];
             continue;
@@ -283,13 +310,20 @@ fn held_position_effect(
     });
     // Relative to the terms, not their sum: if two modes lose stability at once the whole matrix vanishes.
     let size = r_n.norm() + (r_m * couple).norm();
+    let mut taken = 0;
+    if let Some(FreeTurn::AtHeldPlace(force)) = turn {
+        // The place does not change along this force: neutral with the place held, it is unstable or neutral without.
+        taken += 1;
+        let along = axes.iter().map(|axis| axis.dot(&force));
+        moving.push(DVector::from_iterator(axes.len(), along).normalize());
+    }
     for moved in &moving {
         let own = moved * moved.transpose();
         let rest = DMatrix::identity(axes.len(), axes.len()) - &own;
         restricted = &rest * restricted * &rest + own * size;
     }
     let eigen = restricted.symmetric_eigen();
-    let (mut taken, mut margin) = (0, f64::INFINITY);
+    let mut margin = f64::INFINITY;
     for (value, mode) in eigen
         .eigenvalues
         .iter()
@@ -303,9 +337,6 @@ fn held_position_effect(
         if bends {
             margin = margin.min(value.abs() / size);
         }
-    }
-    if neutral > 0 {
-        margin = 0.0;
     }
     Ok(HeldPlace {
         taken,

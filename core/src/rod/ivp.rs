@@ -17,7 +17,7 @@
 //! ```
 
 use super::collocation::Collocated;
-use super::distributed_load::LoadState;
+use super::distributed_load::{LoadState, Place};
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::math::se3::Turn;
@@ -121,7 +121,7 @@ impl<const K: usize, C: LoadState<K>> LineState<K, C> {
 
     /// (m, n) at the section under the base wrench `b`, in the clamp's frame.
     pub(super) fn resultants(&self, b: &Wrench, load: &C::Load) -> (Vector3<f64>, Vector3<f64>) {
-        let n = Vector3::from(C::force(load, &[b[3], b[4], b[5]], self.s));
+        let n = Vector3::from(self.carried.force(load, &[b[3], b[4], b[5]], self.s));
         let mut m = Vector3::new(b[0], b[1], b[2]) - self.position().cross(&n);
         self.carried.subtract_couple(m.as_mut());
         (m, n)
@@ -270,7 +270,7 @@ fn turned_block(d: &[[f64; 3]; 3], c: &Matrix6<f64>, row: usize, column: usize) 
 }
 
 /// Right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
-pub(super) struct Flow<'a, const K: usize, C: LoadState<K> = ()> {
+pub(super) struct WrenchFlow<'a, const K: usize, C: LoadState<K> = ()> {
     law: &'a ScaledLaw,
     load: &'a C::Load,
     m: [f64; 3],
@@ -280,7 +280,7 @@ pub(super) struct Flow<'a, const K: usize, C: LoadState<K> = ()> {
     pub(super) refusal: Option<Error>,
 }
 
-impl<'a, const K: usize, C: LoadState<K>> Flow<'a, K, C> {
+impl<'a, const K: usize, C: LoadState<K>> WrenchFlow<'a, K, C> {
     pub(super) fn new(
         law: &'a ScaledLaw,
         load: &'a C::Load,
@@ -311,7 +311,7 @@ impl<'a, const K: usize, C: LoadState<K>> Flow<'a, K, C> {
         slope: &mut LineState<K, C>,
     ) -> Option<()> {
         let d = directors(&at.q);
-        let n = &C::force(self.load, &self.n, at.s);
+        let n = &at.carried.force(self.load, &self.n, at.s);
         let rxn = cross(&at.r, n);
         let mut m: [f64; 3] = std::array::from_fn(|i| self.m[i] - rxn[i]);
         at.carried.subtract_couple(&mut m);
@@ -344,16 +344,30 @@ impl<'a, const K: usize, C: LoadState<K>> Flow<'a, K, C> {
         slope.r = r;
         slope.energy = inverse.energy;
         let (phi, rho) = halves(&at.tangent);
-        slope.carried = C::slope(self.load, at.s, &at.r, rho);
+        let place = Place {
+            d: &d,
+            r: &at.r,
+            phi,
+            rho,
+        };
+        slope.carried = C::slope(self.load, at.s, &place);
         if K > 0 {
             let mut tau = cross_columns(&m, phi);
-            let lever = cross_columns(&at.r, &self.dn);
+            let mut dn = self.dn;
+            if let Some(taken) = at.carried.taken_force() {
+                for i in 0..3 {
+                    for j in 0..K {
+                        dn[i][j] -= taken[i][j];
+                    }
+                }
+            }
+            let lever = cross_columns(&at.r, &dn);
             let pull = cross_columns(n, rho);
             let mut nu = cross_columns(n, phi);
             for i in 0..3 {
                 for j in 0..K {
                     tau[i][j] += self.dm[i][j] - lever[i][j] + pull[i][j];
-                    nu[i][j] += self.dn[i][j];
+                    nu[i][j] += dn[i][j];
                 }
             }
             at.carried.take_columns(&mut tau);
@@ -384,7 +398,7 @@ impl<'a, const K: usize, C: LoadState<K>> Flow<'a, K, C> {
     }
 }
 
-impl<const K: usize, C: LoadState<K>> Flow<'_, K, C> {
+impl<const K: usize, C: LoadState<K>> WrenchFlow<'_, K, C> {
     /// Error of an integration that cannot go on at s.
     pub(super) fn integration_error(&mut self, s: f64) -> Error {
         let b: Wrench = Vector6::from_fn(|i, _| [self.m, self.n][i / 3][i % 3]);
@@ -433,7 +447,8 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     law: &ScaledLaw,
     start: S,
     place: fn(&mut S) -> &mut f64,
-    (first, tolerance): (f64, f64),
+    first: f64,
+    tolerance: f64,
     mut flow: F,
     mut each: impl FnMut(&Step<S>, &mut F),
 ) -> std::result::Result<(S, Cost), f64> {
@@ -467,25 +482,27 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
 }
 
 /// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of
-/// `clamp`.
+/// `start`.
 fn integrate<const K: usize, C: LoadState<K>>(
-    (law, load): (&ScaledLaw, &C::Load),
+    law: &ScaledLaw,
+    load: &C::Load,
     b: &Wrench,
-    (clamp, columns): (LineState<K, C>, [[[f64; K]; 3]; 2]),
+    start: (LineState<K, C>, [[[f64; K]; 3]; 2]),
     tolerance: f64,
     mut each: impl FnMut(
         &Step<LineState<K, C>>,
         &mut dyn FnMut(&LineState<K, C>) -> Option<LineState<K, C>>,
     ),
 ) -> Result<(LineState<K, C>, Cost)> {
-    let [dm, dn] = columns;
-    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
+    let (clamp, [dm, dn]) = start;
+    let mut flow = WrenchFlow::<K, C>::new(law, load, b, dm, dn);
     let first = first_step(law, b, tolerance)?;
     let found = over_pieces(
         law,
         clamp,
         LineState::place,
-        (first, tolerance),
+        first,
+        tolerance,
         |at, slope| flow.write_slope(at, slope),
         |step, flow| {
             each(step, &mut |at| {
@@ -527,22 +544,23 @@ pub(super) fn end<const K: usize>(
     if let Some(rod) = Collocated::of(law) {
         return rod.end(b, 0, tolerance);
     }
-    loaded_end((law, &()), b, tolerance)
+    loaded_end(law, &(), b, tolerance)
 }
 
 /// End of a rod under a load along it.
 pub(super) fn loaded_end<const K: usize, C: LoadState<K>>(
-    rod: (&ScaledLaw, &C::Load),
+    law: &ScaledLaw,
+    load: &C::Load,
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K, C>, Cost)> {
-    integrate(rod, b, clamp_with_columns(), tolerance, |_, _| ())
+    integrate(law, load, b, clamp_with_columns(), tolerance, |_, _| ())
 }
 
 /// Sections between the steps of the integration, the first and the last included.
 pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<LineState<0>>> {
     let mut all = vec![LineState::clamp()];
-    integrate((law, &()), b, clamp_with_columns(), tolerance, |step, _| {
+    integrate(law, &(), b, clamp_with_columns(), tolerance, |step, _| {
         all.push(step.to)
     })?;
     Ok(all)
@@ -561,7 +579,7 @@ pub(super) fn clamp_from_end<const K: usize>(
     }
     let dn = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     let columns = (LineState::clamp(), [[[0.0; K]; 3], dn]);
-    integrate((reversed, &()), &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
+    integrate(reversed, &(), &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
 }
 
 /// Sections at the given arclengths in [0, 1], in growing order.
@@ -571,12 +589,13 @@ pub(super) fn sections<const K: usize>(
     tolerance: f64,
     at: &[f64],
 ) -> Result<Vec<LineState<K>>> {
-    loaded_sections((law, &()), b, tolerance, at)
+    loaded_sections(law, &(), b, tolerance, at)
 }
 
 /// Sections of a rod under a load along it, at the given arclengths in [0, 1], in growing order.
 pub(super) fn loaded_sections<const K: usize, C: LoadState<K>>(
-    rod: (&ScaledLaw, &C::Load),
+    law: &ScaledLaw,
+    load: &C::Load,
     b: &Wrench,
     tolerance: f64,
     at: &[f64],
@@ -588,7 +607,7 @@ pub(super) fn loaded_sections<const K: usize, C: LoadState<K>>(
     }
     let mut cost = Cost::default();
     let mut lost = false;
-    let (last, _) = integrate(rod, b, clamp_with_columns(), tolerance, |step, f| {
+    let (last, _) = integrate(law, load, b, clamp_with_columns(), tolerance, |step, f| {
         // Recomputed at full order, not interpolated: a reader may differentiate the printed values.
         while let Some(s) = next.next_if(|s| **s <= step.to.s) {
             let part = s - step.from.s;

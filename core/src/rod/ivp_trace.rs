@@ -1,7 +1,7 @@
 //! Stages of an integration along a rod, kept for integrals over them.
 
 use super::distributed_load::LoadState;
-use super::ivp::{Flow, LineState, Wrench, clamp_with_columns, first_step, over_pieces};
+use super::ivp::{LineState, Wrench, WrenchFlow, clamp_with_columns, first_step, over_pieces};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::solve::cost::Cost;
@@ -52,19 +52,21 @@ impl<const K: usize, C: LoadState<K>> Track<K, C> {
 
 /// The end of the rod, with the unit columns of [`clamp_with_columns`], and the stages of the integration.
 pub(super) fn tracked_end<const K: usize, C: LoadState<K>>(
-    (law, load): (&ScaledLaw, &C::Load),
+    law: &ScaledLaw,
+    load: &C::Load,
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K, C>, Cost, Track<K, C>)> {
     let track = RefCell::new(Track::new());
     let (clamp, [dm, dn]) = clamp_with_columns();
-    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
+    let mut flow = WrenchFlow::<K, C>::new(law, load, b, dm, dn);
     let first = first_step(law, b, tolerance)?;
     let found = over_pieces(
         law,
         clamp,
         LineState::place,
-        (first, tolerance),
+        first,
+        tolerance,
         |at, slope| {
             track.borrow_mut().record_stage(at);
             flow.write_slope(at, slope)

@@ -73,7 +73,7 @@ impl Problem {
         let weight = self.weight.as_ref().unwrap_or(&nothing);
         let (rod, b) = (&self.rod, self.rod.inward(base));
         let (at, _, track) =
-            ivp_trace::tracked_end::<K, LoadMoment<K>>((&rod.law, weight), &b, self.tolerance)?;
+            ivp_trace::tracked_end::<K, LoadMoment<K>>(&rod.law, weight, &b, self.tolerance)?;
         Ok((self.described(&at, &b, weight)?, (track, at)))
     }
 
@@ -81,7 +81,7 @@ impl Problem {
         let nothing = ScaledLoad::nothing();
         let weight = self.weight.as_ref().unwrap_or(&nothing);
         let (rod, b) = (&self.rod, self.rod.inward(base));
-        let (at, _) = ivp::loaded_end::<K, LoadMoment<K>>((&rod.law, weight), &b, self.tolerance)?;
+        let (at, _) = ivp::loaded_end::<K, LoadMoment<K>>(&rod.law, weight, &b, self.tolerance)?;
         self.described(&at, &b, weight)
     }
 

@@ -11,6 +11,7 @@ mod distributed_load;
 mod equilibrium;
 mod first_order_mass;
 mod fold;
+mod follower_load;
 mod free_end;
 mod index;
 mod ivp;
@@ -19,14 +20,17 @@ mod loaded_turning_base;
 mod manifold;
 mod path_to_target;
 mod planar;
+mod planar_index;
 mod problem;
 mod scaled_law;
 mod solution_path;
 mod starts;
 mod taut;
 mod two_ended_chart;
+mod zero_modes;
 
-pub use branch::{RodFamily, State, Statical};
+pub use all_equilibria::{AllEquilibria, Finding, ListedEquilibrium};
+pub use branch::{BranchEquilibrium, RodFamily, Statical};
 pub use chart::{Chart, Spatial};
 pub use closed_form::ClosedForm;
 pub use distributed_load::DistributedLoad;
@@ -40,8 +44,9 @@ pub use manifold::{BallJointed, Welded};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
 pub use solution_path::{ChosenPath, Path, ProblemChart};
-pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, Tip};
+pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, TautLoad, Tip};
 pub use two_ended_chart::BothEnds;
+pub use zero_modes::ZeroMode;
 
 use crate::error::{Error, Result};
 use crate::section::{self, Measures, SectionLaw, Strain};
@@ -295,7 +300,7 @@ impl Rod {
         tolerance: f64,
     ) -> Result<(RodEnd, Trace)> {
         let b = self.inward(base);
-        let (at, cost, track) = ivp_trace::tracked_end::<6, ()>((&self.law, &()), &b, tolerance)?;
+        let (at, cost, track) = ivp_trace::tracked_end::<6, ()>(&self.law, &(), &b, tolerance)?;
         let trace = Trace::bare(track, at, turns);
         Ok((self.described(&at, &b, cost)?, trace))
     }

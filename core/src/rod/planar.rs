@@ -94,6 +94,9 @@ impl Problem {
         if self.arm != Vector3::zeros() {
             return Err("the force acts beside the end".to_owned());
         }
+        if self.is_mixed() {
+            return Err("a load turns with the rod along it, or beside a dead one".to_owned());
+        }
         let law = &self.rod.law;
         let [about_first, about_second] = law.planar_about();
         let weight = self.weight.iter();
@@ -196,11 +199,11 @@ pub struct FlatTrial {
 
 /// State along s: arclength, angle, two coordinates, energy; with [`VARIED`] the derivatives of angle and coordinates
 /// by the three unknowns. Under a load along the rod w follows, with its derivatives if the others are present.
-type Flat<const D: usize> = SVector<f64, D>;
+pub(super) type Flat<const D: usize> = SVector<f64, D>;
 const BARE: usize = 5;
-const VARIED: usize = 14;
+pub(super) const VARIED: usize = 14;
 const HEAVY: usize = BARE + 1;
-const HEAVY_VARIED: usize = VARIED + 4;
+pub(super) const HEAVY_VARIED: usize = VARIED + 4;
 
 const fn is_varied(size: usize) -> bool {
     size >= VARIED
@@ -216,7 +219,7 @@ const fn place_of_w(size: usize) -> usize {
 }
 
 /// A section law in a plane.
-struct FlatLaw<'a> {
+pub(super) struct FlatLaw<'a> {
     law: &'a ScaledLaw,
     basis: Matrix6x3<f64>,
     hoisted: Option<(Vector3<f64>, Matrix3<f64>)>,
@@ -225,7 +228,7 @@ struct FlatLaw<'a> {
 }
 
 impl<'a> FlatLaw<'a> {
-    fn new(problem: &'a Problem, plane: &Plane) -> Self {
+    pub(super) fn new(problem: &'a Problem, plane: &Plane) -> Self {
         let law = &problem.rod.law;
         let basis = plane.basis();
         let hoisted = law.uniform().map(|linear| {
@@ -260,7 +263,7 @@ impl<'a> FlatLaw<'a> {
         ))
     }
 
-    fn slope<const D: usize>(&self, x: &Vector3<f64>, at: &Flat<D>) -> Result<Flat<D>> {
+    pub(super) fn slope<const D: usize>(&self, x: &Vector3<f64>, at: &Flat<D>) -> Result<Flat<D>> {
         let (sin, cos) = at[1].sin_cos();
         let (mut nt, mut ns) = (x[1], x[2]);
         let (mut m, mut f) = (x[0], Vector2::zeros());
@@ -327,7 +330,8 @@ impl<'a> FlatLaw<'a> {
             self.law,
             start,
             |at| &mut at[0],
-            (first, tolerance),
+            first,
+            tolerance,
             flow,
             |_, _| (),
         );
@@ -378,7 +382,7 @@ impl Plane {
     }
 
     /// The two components of the end condition: direction, target, and whether it is a position.
-    fn conditions(&self, problem: &Problem) -> [(Vector2<f64>, f64, bool); 2] {
+    pub(super) fn conditions(&self, problem: &Problem) -> [(Vector2<f64>, f64, bool); 2] {
         let held = problem.end.position.iter().flatten().count();
         if held == 0 || held == 3 {
             let whole: Vector3<f64> = (0..3).map(|i| problem.axes[i] * problem.targets[i]).sum();

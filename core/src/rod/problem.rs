@@ -1,6 +1,7 @@
 //! Problem of a rod with an end condition: held and loaded components, and the equations for the base wrench.
 
 use super::distributed_load::{DistributedLoad, LoadMoment, LoadState, ScaledLoad};
+use super::follower_load::{FollowedMoment, LoadsAlong};
 use super::ivp::{self, LineState, Wrench};
 use super::solution_path::Path;
 use super::taut::{Solved, Spring};
@@ -24,6 +25,8 @@ pub struct EndConditions {
     pub couple: Vector3<f64>,
     /// True if force and couple are given along the directors at the end; only if nothing is held.
     pub follower: bool,
+    /// Couple and force along the directors at the end, beside dead ones; only where the end is free.
+    pub turning: [Vector3<f64>; 2],
     /// Arm from the end to the point of action of the force, along the directors there; 0 if anything is held, or the
     /// force follows.
     pub arm: Vector3<f64>,
@@ -38,6 +41,7 @@ impl EndConditions {
             force,
             couple,
             follower: false,
+            turning: [Vector3::zeros(); 2],
             arm: Vector3::zeros(),
         }
     }
@@ -94,8 +98,12 @@ pub struct Problem {
     pub(super) couple: Vector3<f64>,
     /// Arm of the force, along the directors of the end.
     pub(super) arm: Vector3<f64>,
+    /// Couple and force on the end along its directors, beside dead ones.
+    pub(super) turning: [Vector3<f64>; 2],
     /// Load along the rod; `None` if there is none.
     pub(super) weight: Option<ScaledLoad>,
+    /// Follower load along the rod, with components along the directors; `None` without a follower load.
+    pub(super) followed: Option<ScaledLoad>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
     /// The equilibrium last found from both ends.
@@ -114,6 +122,8 @@ pub struct Trial {
     pub(super) tangent: [[f64; 6]; 6],
     /// -dw of a load along the rod, by the same columns.
     taken: [[f64; 6]; 3],
+    /// Change of the force taken from a load that turns with the rod, by the same columns.
+    taken_force: [[f64; 6]; 3],
 }
 
 /// The rod's end under a base wrench, with or without a load along the rod.
@@ -124,6 +134,8 @@ pub(super) struct EndUnderWrench<const K: usize> {
     pub(super) n: Vector3<f64>,
     /// -dw of a load along the rod.
     taken: [[f64; K]; 3],
+    /// Change of the force taken from a load that turns with the rod.
+    taken_force: [[f64; K]; 3],
     /// Work int f.r ds of the load along the rod.
     pub(super) work: f64,
 }
@@ -138,6 +150,7 @@ impl<const K: usize> EndUnderWrench<K> {
             m,
             n,
             taken,
+            taken_force: at.carried.taken_force().copied().unwrap_or([[0.0; K]; 3]),
             work: at.carried.work(),
         }
     }
@@ -156,6 +169,7 @@ impl Problem {
             )));
         }
         let loads = end.force.iter().chain(&end.couple).chain(&end.arm);
+        let loads = loads.chain(end.turning.iter().flatten());
         let numbers = loads.copied();
         if !numbers
             .chain(end.position.iter().flatten().copied())
@@ -168,6 +182,11 @@ impl Problem {
         if end.follower && end.holds() {
             return Err(Error::domain(
                 "a follower load needs a free end: leave out the held position and orientation, or follower",
+            ));
+        }
+        if end.turning != [Vector3::zeros(); 2] && (end.follower || end.holds()) {
+            return Err(Error::domain(
+                "loads along the directors of the end need an end that is free: leave out the held position and orientation, or the loads",
             ));
         }
         if end.arm != Vector3::zeros() && (end.follower || end.holds()) {
@@ -212,7 +231,9 @@ impl Problem {
                 .map(|q| *(turn * q).to_rotation_matrix().matrix()),
             couple: if end.follower { given } else { turn * given },
             arm: end.arm / rod.length,
+            turning: [end.turning[0] / couple, end.turning[1] / force],
             weight: None,
+            followed: None,
             rod,
             end,
             tolerance,
@@ -230,6 +251,22 @@ impl Problem {
         self.weight = Some(ScaledLoad::new(load, &self.rod));
         self.rod.law = self.rod.law.broken_at(&load.breaks());
         self
+    }
+
+    /// This problem with a follower load along the rod. The components of `load` are along the directors.
+    #[must_use]
+    pub fn with_follower(mut self, load: &DistributedLoad) -> Self {
+        self.followed = Some(ScaledLoad::turning(load, &self.rod));
+        self.rod.law = self.rod.law.broken_at(&load.breaks());
+        self
+    }
+
+    /// The dead load and the follower load along the rod; `None` without a follower load.
+    fn followed(&self) -> Option<LoadsAlong> {
+        Some(LoadsAlong {
+            turning: self.followed.clone()?,
+            dead: self.weight.clone().unwrap_or_else(ScaledLoad::nothing),
+        })
     }
 
     /// The rod.
@@ -252,10 +289,19 @@ impl Problem {
         if let Some(taut) = self.taut_at(&self.rod.inward(base)) {
             return self.taut_sections(&taut, &Spring::NONE, at);
         }
+        if let Some(loads) = &self.followed() {
+            let b = self.rod.inward(base);
+            let law = &self.rod.law;
+            let all =
+                ivp::loaded_sections::<0, FollowedMoment<0>>(law, loads, &b, self.tolerance, at)?;
+            let all = all.iter();
+            return all.map(|at| self.rod.outward(at, &b, loads)).collect();
+        }
         if let Some(weight) = &self.weight {
             let b = self.rod.inward(base);
-            let rod = (&self.rod.law, weight);
-            let sections = ivp::loaded_sections::<0, LoadMoment<0>>(rod, &b, self.tolerance, at)?;
+            let law = &self.rod.law;
+            let sections =
+                ivp::loaded_sections::<0, LoadMoment<0>>(law, weight, &b, self.tolerance, at)?;
             let sections = sections.iter();
             return sections
                 .map(|section| self.rod.outward(section, &b, weight))
@@ -267,12 +313,18 @@ impl Problem {
 
     /// True if the loads have a potential: no follower load, no couple at an end that is free to turn.
     pub fn is_conservative(&self) -> bool {
-        !self.end.follower && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
+        !self.is_followed() && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
     }
 
-    /// True if the load turns with the end: its equilibria have no index.
+    /// True if a load turns with the rod: its equilibria have no index.
     pub fn is_followed(&self) -> bool {
-        self.end.follower
+        self.end.follower || self.is_mixed()
+    }
+
+    /// True for a follower load along the rod, or at the end beside dead loads. The equilibrium then has no index, not
+    /// even with the follower load kept dead.
+    pub fn is_mixed(&self) -> bool {
+        self.followed.is_some() || self.turning != [Vector3::zeros(); 2]
     }
 
     /// Arm of the force at the given rotation of the end.
@@ -283,10 +335,14 @@ impl Problem {
     /// The rod's end, with `K` columns of the tangent.
     pub(super) fn integrate_to_end<const K: usize>(&self, b: &Wrench) -> Result<EndUnderWrench<K>> {
         let law = &self.rod.law;
+        if let Some(loads) = &self.followed() {
+            let end = ivp::loaded_end::<K, FollowedMoment<K>>(law, loads, b, self.tolerance)?;
+            return Ok(EndUnderWrench::new(&end.0, b, loads));
+        }
         Ok(match &self.weight {
             None => EndUnderWrench::new::<()>(&ivp::end(law, b, self.tolerance)?.0, b, &()),
             Some(weight) => {
-                let end = ivp::loaded_end::<K, LoadMoment<K>>((law, weight), b, self.tolerance)?;
+                let end = ivp::loaded_end::<K, LoadMoment<K>>(law, weight, b, self.tolerance)?;
                 EndUnderWrench::new(&end.0, b, weight)
             }
         })
@@ -302,6 +358,7 @@ impl Problem {
             n: end.n,
             tangent: end.at.tangent,
             taken: end.taken,
+            taken_force: end.taken_force,
         })
     }
 
@@ -315,6 +372,7 @@ impl Problem {
             n: end.n,
             tangent: [[0.0; 6]; 6],
             taken: [[0.0; 6]; 3],
+            taken_force: [[0.0; 6]; 3],
         })
     }
 
@@ -330,8 +388,12 @@ impl Problem {
         } else {
             let first = match &self.orientation {
                 Some(target) => rotation_vector(&(trial.rotation * target.transpose())),
-                None => m - self.couple - self.lever(&trial.rotation).cross(&n),
+                None => {
+                    let turned = self.couple + trial.rotation * self.turning[0];
+                    m - turned - self.lever(&trial.rotation).cross(&n)
+                }
             };
+            let n = n - trial.rotation * self.turning[1];
             let second = Vector3::from_fn(|i, _| {
                 let quantity = if self.end.position[i].is_some() {
                     trial.r
@@ -350,12 +412,15 @@ impl Problem {
         let d_r = Matrix3x6::from_fn(|i, j| trial.tangent[3 + i][j]);
         let mut d_n = Matrix3x6::zeros();
         d_n.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+        if self.followed.is_some() {
+            d_n -= Matrix3x6::from_fn(|i, j| trial.taken_force[i][j]);
+        }
         // m(1) = m(0) - r x n(1) - w(1), n(1) = n(0) - int f.
         let mut d_m = trial.n.cross_matrix() * d_r - trial.r.cross_matrix() * d_n;
         for i in 0..3 {
             d_m[(i, i)] += 1.0;
         }
-        if self.weight.is_some() {
+        if self.weight.is_some() || self.followed.is_some() {
             d_m += Matrix3x6::from_fn(|i, j| trial.taken[i][j]);
         }
         [d_m, d_n]
@@ -381,8 +446,11 @@ impl Problem {
             } else {
                 // d(R arm) = dphi x R arm.
                 let lever = self.lever(&trial.rotation).cross_matrix();
-                d_m - n.cross_matrix() * lever * d_phi - lever * d_n
+                let turned = (trial.rotation * self.turning[0]).cross_matrix();
+                d_m - n.cross_matrix() * lever * d_phi - lever * d_n + turned * d_phi
             };
+            let turned = (trial.rotation * self.turning[1]).cross_matrix();
+            let d_n = d_n + turned * d_phi;
             let mut second = Matrix3x6::zeros();
             for i in 0..3 {
                 let d = if self.end.position[i].is_some() {
@@ -416,6 +484,17 @@ impl Problem {
         Ok(weight.potential(work) * self.rod.units().0)
     }
 
+    /// The potential -F.r of the dead force on the end, by its components where the place is free, in the world and in
+    /// the user's units. A couple has none.
+    pub fn potential_of_end(&self, end: &RodSection) -> f64 {
+        if self.end.follower {
+            return 0.0;
+        }
+        let place = end.position + end.directors * self.end.arm;
+        let free = (0..3).filter(|i| self.end.position[*i].is_none());
+        -free.map(|i| self.end.force[i] * place[i]).sum::<f64>()
+    }
+
     /// The section at the end of the rod.
     pub(super) fn end_section(&self, b: &Wrench) -> Result<RodSection> {
         if let Some(taut) = self.taut_at(b) {
@@ -424,12 +503,16 @@ impl Problem {
                 .map(|mut all| all.remove(0));
         }
         let law = &self.rod.law;
+        if let Some(loads) = &self.followed() {
+            let end = ivp::loaded_end::<0, FollowedMoment<0>>(law, loads, b, self.tolerance)?;
+            return self.rod.outward(&end.0, b, loads);
+        }
         match &self.weight {
             None => self
                 .rod
                 .outward(&ivp::end::<0>(law, b, self.tolerance)?.0, b, &()),
             Some(weight) => {
-                let end = ivp::loaded_end::<0, LoadMoment<0>>((law, weight), b, self.tolerance)?;
+                let end = ivp::loaded_end::<0, LoadMoment<0>>(law, weight, b, self.tolerance)?;
                 self.rod.outward(&end.0, b, weight)
             }
         }

@@ -10,6 +10,12 @@ use std::sync::Arc;
 /// omitted length is of the size of rounding.
 const BREAK_GAP: f64 = 4e-15;
 
+/// Resultants by which symmetry is tested, the turn of the test in radians, and the relative difference of strains that
+/// is rounding.
+const PROBE: [f64; 6] = [0.3, -0.2, 0.1, 0.25, 0.15, -0.05];
+const TURN: f64 = 1.0;
+const ALIKE: f64 = 1e-13;
+
 /// A section law in the units of the rod; a linear uniform law has its inverse hoisted.
 #[derive(Debug, Clone)]
 pub(super) struct ScaledLaw {
@@ -138,6 +144,41 @@ impl ScaledLaw {
         let same =
             c[0] == c[1] && c[3] == c[4] && rest[2] == 0.0 && rest[3] == 0.0 && rest[4] == 0.0;
         same.then(|| Vector3::new(rest[0], rest[1], 0.0))
+    }
+
+    /// True if a turn of a section about its d3 changes nothing: no flexure or shear at rest, and resultants that are
+    /// turned turn the strains. Sections at both ends and in the middle of every piece answer for all.
+    pub(super) fn is_axisymmetric(&self) -> bool {
+        let turn = |w: &Vector6<f64>| {
+            let (sine, cosine) = TURN.sin_cos();
+            let pair = |i: usize| {
+                [
+                    cosine * w[i] - sine * w[i + 1],
+                    sine * w[i] + cosine * w[i + 1],
+                ]
+            };
+            let ([a, b], [c, d]) = (pair(0), pair(3));
+            Vector6::new(a, b, w[2], c, d, w[5])
+        };
+        let same = |s: f64| {
+            let rest = self.inverse(s, &Vector6::zeros()).ok()?.strain;
+            let w = Vector6::from(PROBE);
+            let here = self.inverse(s, &w).ok()?.strain;
+            let there = self.inverse(s, &turn(&w)).ok()?.strain;
+            let size = here.norm();
+            let aside = [0, 1, 3, 4]
+                .map(|i| rest[i].abs())
+                .into_iter()
+                .fold(0.0, f64::max);
+            Some(aside.max((turn(&here) - there).norm()) <= ALIKE * size)
+        };
+        let pieces: &[_] = if self.hoisted.is_some() {
+            &[(0.5, 0.5)]
+        } else {
+            &self.pieces
+        };
+        let mut places = pieces.iter().flat_map(|(a, b)| [*a, 0.5 * (a + b), *b]);
+        places.all(|s| same(s).unwrap_or(false))
     }
 
     /// The energy of strains.

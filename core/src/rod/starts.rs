@@ -87,7 +87,7 @@ impl Problem {
         } else {
             axis
         };
-        (free && !self.end.follower && force.norm() > 1.0).then_some(PathStart::Turned(axis))
+        (free && !self.is_followed() && force.norm() > 1.0).then_some(PathStart::Turned(axis))
     }
 
     fn turned(&self) -> Option<PathStart> {

@@ -18,7 +18,7 @@ use super::chart::Chart;
 use super::ivp::Wrench;
 use super::planar::Plane;
 use super::problem::{Problem, Trial};
-use super::taut::{Solved, Spring, Tip, solve_taut_rod};
+use super::taut::{Solved, Spring, Tip};
 use crate::error::{Error, Result};
 use crate::math::se3::{frame, halves, join, rotation_vector};
 use crate::solve::warm_start::WarmStart;
@@ -201,6 +201,7 @@ impl BothEnds {
     fn solve_beside_spring(&self, problem: &Problem, given: &GivenData) -> Result<Arc<SprungRod>> {
         let last = self.warm.last();
         let tip = problem.tip();
+        let symmetry = problem.symmetry(&join(&given.m, &given.n), self.plane.as_ref());
         let under = |stiffness: f64, start: Option<&SprungRod>| {
             let spring = Spring {
                 stiffness,
@@ -209,13 +210,7 @@ impl BothEnds {
             let b = join(&given.m, &given.n);
             let start = start.map(|beside| &beside.found.shape);
             let tolerance = FINER * problem.tolerance;
-            let found = solve_taut_rod(
-                problem.law_and_load(),
-                &b,
-                (&tip, &spring),
-                start,
-                tolerance,
-            )?;
+            let found = problem.solve_beside(&b, symmetry, &tip, &spring, start, tolerance)?;
             Ok(SprungRod { found, spring })
         };
         let mean = given.n - problem.total_load() * 0.5;

@@ -20,7 +20,7 @@
 //! sqrt(q) in place of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q.
 //! Newton's iteration starts from the solution of an equivalent scalar equation and only removes its rounding.
 
-use super::newton::{Point, Potential, invert};
+use super::newton::{LawPoint, Potential, invert};
 use super::{Free, Inverse, Linear, Resultant, SectionLaw, Strain, linear};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::solve::roots::chandrupatla;
@@ -305,7 +305,7 @@ impl Potential for Barrier {
         self.base.is_rigid()
     }
 
-    fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>> {
+    fn at(&self, x: &Vector6<f64>) -> Result<Option<LawPoint>> {
         let rho = x[5];
         if !(0.0 < rho) || !x.iter().all(|entry| entry.is_finite()) {
             return Ok(None);
@@ -321,7 +321,7 @@ impl Potential for Barrier {
         let mut slope = at_fixed_q * frame;
         let by_rho = self.cone.component_mul(&e) * (4.0 * self.term.strength / rho / rho / rho);
         slope.set_column(5, &(slope.column(5) - by_rho));
-        Ok(Some(Point {
+        Ok(Some(LawPoint {
             strain: e,
             energy: self.energy_at(&e, rho),
             resultants: self.resultants_at(&e, rho),

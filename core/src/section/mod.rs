@@ -7,9 +7,12 @@
 //! * [`Linear`]: diagonal or full stiffness, intrinsic curvature and twist, unshearable and inextensible rods.
 //! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
 //! * [`Barrier`]: total compression costs infinite energy. [`Hyperelastic`]: a user's own stored energy.
+//! * [`Tendons`]: any law of a rod with tendons of given tension.
+//! * [`Driven`]: any law with rest strains that are driven.
 
 mod barrier;
 mod coordinates;
+mod driven;
 mod in_rod_units;
 mod jet;
 mod linear;
@@ -18,10 +21,12 @@ mod profile;
 mod profile_along;
 pub mod rate;
 mod stored_energy;
+mod tendons;
 mod varying;
 
 pub use barrier::{Barrier, BarrierTerm};
 pub(crate) use coordinates::reverse_law;
+pub use driven::{Driven, RestDrive};
 pub use in_rod_units::{Measures, law_in_units};
 pub use linear::Linear;
 /// Numbers with derivatives, for [`StoredEnergy`].
@@ -29,6 +34,7 @@ pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
 pub use profile_along::Along;
 pub use stored_energy::{Hyperelastic, StoredEnergy};
+pub use tendons::{Route, Tendon, Tendons};
 pub use varying::{Diagonal, Rest, Stiffness, Varying};
 
 use crate::error::Result;

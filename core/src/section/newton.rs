@@ -7,7 +7,7 @@ use crate::error::{Error, Result, check_finite};
 use nalgebra::{Matrix6, Vector6};
 
 /// A law at one point, in well-conditioned coordinates x.
-pub(crate) struct Point {
+pub(crate) struct LawPoint {
     /// e(x).
     pub strain: Strain,
     /// W(e(x)).
@@ -29,7 +29,7 @@ pub(crate) trait Potential {
     ///
     /// # Errors
     /// A law that is not convex at x.
-    fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>>;
+    fn at(&self, x: &Vector6<f64>) -> Result<Option<LawPoint>>;
 }
 
 /// Most Newton steps, and most trials within a step.
@@ -92,7 +92,7 @@ pub(crate) fn invert(
 /// Residual of w, and dx/dw; zero for rigid strains.
 fn linearise(
     law: &impl Potential,
-    point: &Point,
+    point: &LawPoint,
     w: &Resultant,
 ) -> Result<(Resultant, Matrix6<f64>)> {
     let rigid = law.rigid();
@@ -124,7 +124,7 @@ fn equilibrated_inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
 
 /// The largest residual relative to its terms, and the total relative residual in the energy norm.
 fn sizes(
-    point: &Point,
+    point: &LawPoint,
     x: &Vector6<f64>,
     w: &Resultant,
     off: &Resultant,
@@ -147,13 +147,13 @@ fn sizes(
 fn search(
     law: &impl Potential,
     x: &Vector6<f64>,
-    point: &Point,
+    point: &LawPoint,
     w: &Resultant,
     off: &Resultant,
     dx: &Vector6<f64>,
     residual: f64,
-) -> Result<Option<(Vector6<f64>, Point)>> {
-    let value = |point: &Point| point.energy - w.dot(&point.strain);
+) -> Result<Option<(Vector6<f64>, LawPoint)>> {
+    let value = |point: &LawPoint| point.energy - w.dot(&point.strain);
     let noise = 64.0 * f64::EPSILON * (point.energy.abs() + w.abs().dot(&point.strain.abs()));
     let slope = -off.dot(&(point.frame * dx));
     let mut t = 1.0;

@@ -151,7 +151,7 @@ impl Along {
     }
 
     /// True if zero for all s.
-    pub(super) fn vanishes(&self) -> bool {
+    pub fn vanishes(&self) -> bool {
         match &self.0 {
             Form::Constant(value) => *value == 0.0,
             Form::Table { values: all, .. } | Form::Polynomial { polynomial: all } => {

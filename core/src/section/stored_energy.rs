@@ -2,7 +2,7 @@
 
 use super::jet::jet;
 use super::linear::{STRAIGHT, check_constraints, check_unconstrained};
-use super::newton::{Convexity, Point, Potential, invert};
+use super::newton::{Convexity, LawPoint, Potential, invert};
 use super::{Free, Inverse, Resultant, SectionLaw, Strain};
 use crate::error::{Error, Result, check_finite};
 use nalgebra::{Matrix6, Vector6};
@@ -132,7 +132,7 @@ impl<E: StoredEnergy> Potential for LawAt<'_, E> {
         self.law.0.rigid()
     }
 
-    fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>> {
+    fn at(&self, x: &Vector6<f64>) -> Result<Option<LawPoint>> {
         let Some((energy, resultants, slope)) = self.law.jet(self.s, x) else {
             return Ok(None);
         };
@@ -142,7 +142,7 @@ impl<E: StoredEnergy> Potential for LawAt<'_, E> {
             return Ok(None);
         }
         convexity.strict(self.s, x)?;
-        Ok(Some(Point {
+        Ok(Some(LawPoint {
             strain: *x,
             energy,
             resultants,

@@ -97,7 +97,10 @@ impl Space<'_> {
         let test = |s: &Sample| Some(s.on.branching);
         let rough = self.bracket(a, b, false, 0.05, test);
         let (fa, fb) = (rough.left.on.branching, rough.right.on.branching);
-        let cubic = Cubic::new(rough.left.pair(), rough.right.pair());
+        let cubic = Cubic::new(
+            rough.left.place_and_tangent(),
+            rough.right.place_and_tangent(),
+        );
         let t = (fa / (fa - fb)).clamp(0.0, 1.0);
         let t = if t.is_finite() { t } else { 0.5 };
         if let Some((place, error)) = self.polish_branch_point(&cubic.at(t), cubic.length) {

@@ -2,7 +2,7 @@
 
 use super::arclength::{BranchStart, Options};
 use super::elimination::{Place, Svd};
-use super::newton_on_branch::{Finish, Space};
+use super::newton_on_branch::{DirectedPlace, Finish, Space};
 use super::parametrised_problem::{Family, check_size};
 use super::special_points::Special;
 use crate::error::{Error, Result};
@@ -60,7 +60,7 @@ pub fn switch(
     check_size(family, "the branch point", &special.point.x)?;
     let weight = options.rounded_weight();
     let space = Space::new(family, weight, options.tolerance, 10);
-    let (place, tangent) = special.place_and_tangent(weight);
+    let DirectedPlace { place, tangent } = special.place_and_tangent(weight);
     let undefined = || {
         Error::no_convergence(format!(
             "branch switching at p = {}: F is undefined nearby",
@@ -310,8 +310,7 @@ fn on_sphere(
         }
         let rounded = || {
             let across = if isolated { &normal } else { &null };
-            length > 0.5 * before
-                && space.is_rounding(length, (&at, &residual), &eliminated, across)
+            length > 0.5 * before && space.is_rounding(length, &at, &residual, &eliminated, across)
         };
         if length <= space.tolerance * (1.0 + z.norm()) || rounded() {
             return Some((z, null, isolated));

@@ -3,10 +3,10 @@
 //! nonzero entries. The system is autonomous here, so the nodes are not needed.
 
 /// One row: (stage, weight) pairs.
-type Row = &'static [(usize, f64)];
+type StageWeights = &'static [(usize, f64)];
 
 /// Stages 1 .. 11; row i - 1 makes stage i. Stage 12 is the slope at the end of the step.
-pub(super) const STAGES: [Row; 11] = [
+pub(super) const STAGES: [StageWeights; 11] = [
     &[(0, 0.05260015195876773)],
     &[(0, 0.0197250569845379), (1, 0.0591751709536137)],
     &[(0, 0.02958758547680685), (2, 0.08876275643042054)],
@@ -74,7 +74,7 @@ pub(super) const STAGES: [Row; 11] = [
 ];
 
 /// Weights of the step itself (order 8).
-pub(super) const STEP: Row = &[
+pub(super) const STEP: StageWeights = &[
     (0, 0.054293734116568765),
     (5, 4.450312892752409),
     (6, 1.8915178993145003),
@@ -86,7 +86,7 @@ pub(super) const STEP: Row = &[
 ];
 
 /// Three more stages, 13 .. 15, for the dense output alone.
-pub(super) const EXTRA: [Row; 3] = [
+pub(super) const EXTRA: [StageWeights; 3] = [
     &[
         (0, 0.056167502283047954),
         (6, 0.25350021021662483),
@@ -120,7 +120,7 @@ pub(super) const EXTRA: [Row; 3] = [
 ];
 
 /// Error weights of order 5.
-pub(super) const ERROR5: Row = &[
+pub(super) const ERROR5: StageWeights = &[
     (0, 0.01312004499419488),
     (5, -1.2251564463762044),
     (6, -0.4957589496572502),
@@ -132,7 +132,7 @@ pub(super) const ERROR5: Row = &[
 ];
 
 /// Error weights of order 3.
-pub(super) const ERROR3: Row = &[
+pub(super) const ERROR3: StageWeights = &[
     (0, -0.18980075407240762),
     (5, 4.450312892752409),
     (6, 1.8915178993145003),
@@ -144,7 +144,7 @@ pub(super) const ERROR3: Row = &[
 ];
 
 /// Dense-output weights of the four highest coefficients (order 7).
-pub(super) const DENSE: [Row; 4] = [
+pub(super) const DENSE: [StageWeights; 4] = [
     &[
         (0, -8.428938276109013),
         (5, 0.5667149535193777),

@@ -217,12 +217,7 @@ impl Family for FoldCurve<'_> {
 
     /// Along a fold curve left . (F_p dp + F_q dq) = 0, so (dp, dq) is a multiple of (-left . F_q, left . F_p). The
     /// multiple vanishes at a cusp.
-    fn event(
-        &self,
-        y: &DVector<f64>,
-        q: f64,
-        (dy, dq): (&DVector<f64>, f64),
-    ) -> Result<Option<f64>> {
+    fn event(&self, y: &DVector<f64>, q: f64, dy: &DVector<f64>, dq: f64) -> Result<Option<f64>> {
         let (x, p) = Self::parts(y);
         let at = self.at(&x, p, q)?;
         let small = Smallest::of(&at.jacobian);

@@ -279,9 +279,13 @@ impl<Y: Reversible> Gauss<Y> {
                 Some(last) => last.extrapolated_slopes(h),
                 None => std::array::from_fn(|_| self.slope.clone()),
             };
-            let ends = (&self.state, &self.slope, self.rest.as_ref());
+            let start = StepStart {
+                from: &self.state,
+                slope: &self.slope,
+                rest: self.rest.as_ref(),
+            };
             let floor = FLOOR.max(PART * self.tolerance);
-            let solved = solve(ends, (h, floor), guess, &mut f, &mut self.cost);
+            let solved = solve(start, h, floor, guess, &mut f, &mut self.cost);
             let error = solved
                 .as_ref()
                 .map_or(f64::INFINITY, |step| step.error() / (SAFE * self.tolerance));
@@ -331,15 +335,25 @@ impl<Y: Reversible> Gauss<Y> {
     }
 }
 
+/// Data at the start of a step.
+struct StepStart<'a, Y> {
+    from: &'a Y,
+    slope: &'a Y,
+    /// Rounding error of the state, for compensated summation.
+    rest: Option<&'a Y>,
+}
+
 /// The step of length `h` from a state with its slope and rest, by fixed-point iteration to rounding from guesses of
 /// the slopes at the stages. None if it does not converge, or leaves the domain.
 fn solve<Y: Reversible>(
-    (from, slope, rest): (&Y, &Y, Option<&Y>),
-    (h, floor): (f64, f64),
+    start: StepStart<'_, Y>,
+    h: f64,
+    floor: f64,
     mut stages: [Y; S],
     f: &mut impl FnMut(&Y, &mut Y) -> Option<()>,
     cost: &mut Cost,
 ) -> Option<GaussStep<Y>> {
+    let StepStart { from, slope, rest } = start;
     let mut new = slope.clone();
     let mut last = f64::INFINITY;
     let mut contraction: f64 = 0.0;
@@ -461,8 +475,12 @@ impl<Y: Reversible> GaussStep<Y> {
         let guess = std::array::from_fn(|i| {
             weighted_sum(&lagrange(&PLACES, PLACES[i + 1] * h / self.h), &self.slopes)
         });
-        let ends = (&self.from, &self.slopes[0], None);
-        solve(ends, (h, self.floor), guess, &mut f, cost)
+        let start = StepStart {
+            from: &self.from,
+            slope: &self.slopes[0],
+            rest: None,
+        };
+        solve(start, h, self.floor, guess, &mut f, cost)
     }
 }
 

@@ -22,7 +22,7 @@ use super::dop853::{State, integrate_polynomial};
 use crate::math::Row;
 use crate::math::registers::wide;
 use pulp::{Simd, WithSimd};
-pub use rule::Block;
+pub use rule::NodeRows;
 use rule::{Fitting, Modes, integrals, squared_change, states_at_nodes};
 use std::marker::PhantomData;
 
@@ -44,10 +44,10 @@ pub trait Sweeps {
     fn begin(&mut self);
 
     /// Slopes of all rows but the positions; false outside the domain.
-    fn forces<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) -> bool;
+    fn forces<S: Simd>(&mut self, simd: S, at: &NodeRows, slopes: &mut NodeRows) -> bool;
 
     /// Slopes of the positions, after [`Sweeps::forces`], with the velocities of `at`.
-    fn moves<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block);
+    fn moves<S: Simd>(&mut self, simd: S, at: &NodeRows, slopes: &mut NodeRows);
 }
 
 /// Steps of a motion in terms of its states.
@@ -59,7 +59,7 @@ pub trait Eightwise<Y> {
     fn state(&self, row: &Row) -> Y;
 
     /// States at the eight nodes.
-    fn states(&self, at: &Block) -> [Y; 8];
+    fn states(&self, at: &NodeRows) -> [Y; 8];
 
     /// Solves a step, by [`solve`].
     ///
@@ -121,14 +121,14 @@ pub struct Unsolved<'a> {
     start: Row,
     h: f64,
     tolerance: f64,
-    guess: Option<Guess<'a>>,
+    guess: Option<SlopeGuess<'a>>,
     /// True if the step is given up as soon as it proves too long; false for a part of an accepted step.
     judged: bool,
 }
 
 /// Slopes from the polynomials of another step, on whose [-1, 1] this one begins at `from`, `ratio` times as long.
 #[derive(Debug, Clone)]
-struct Guess<'a> {
+struct SlopeGuess<'a> {
     of: &'a Modes,
     from: f64,
     ratio: f64,
@@ -138,7 +138,7 @@ struct Guess<'a> {
 #[derive(Debug, Clone)]
 pub struct Solved {
     to: Row,
-    slopes: Block,
+    slopes: NodeRows,
     modes: Modes,
     error: f64,
     sweeps: u64,
@@ -148,7 +148,7 @@ impl Solved {
     /// Not yet solved.
     const BLANK: Self = Self {
         to: [0.0; 8],
-        slopes: Block::ZERO,
+        slopes: NodeRows::ZERO,
         modes: Modes::ZERO,
         error: 0.0,
         sweeps: 0,
@@ -220,7 +220,8 @@ impl<Y: State> Lobatto<Y> {
     /// A step from a state with its slope, of at most `h_max`; None to request another method.
     pub fn step(
         &mut self,
-        (from, slope): (&Y, &Y),
+        from: &Y,
+        slope: &Y,
         of: &mut dyn Eightwise<Y>,
         h_max: f64,
         cost: &mut Cost,
@@ -241,7 +242,7 @@ impl<Y: State> Lobatto<Y> {
             let h = self.h.min(h_max);
             step.h = h;
             let goes_on = self.length > 0.0 && self.last.to == step.from;
-            step.guess = goes_on.then(|| Guess {
+            step.guess = goes_on.then(|| SlopeGuess {
                 of: &self.last.modes,
                 from: 1.0,
                 ratio: h / self.length,
@@ -259,7 +260,7 @@ impl<Y: State> Lobatto<Y> {
                     cost.steps += 1;
                     std::mem::swap(&mut self.last, &mut self.next);
                     self.length = h;
-                    return Some(to_step((from, slope), &self.last, (h, self.tolerance), of));
+                    return Some(to_step(from, slope, &self.last, h, self.tolerance, of));
                 }
                 Ok(()) => self.next.error,
                 Err(StepFailure::Long(error)) => error,
@@ -333,11 +334,11 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
         }
         scales[time] = 1.0;
         // Slopes before and after a sweep, swapped from one sweep to the next.
-        let mut slopes = [Block::ZERO; 2];
+        let mut slopes = [NodeRows::ZERO; 2];
         match guess {
             Some(guess) => guess
                 .of
-                .at(simd, (guess.from, guess.ratio), rows, &mut slopes[0]),
+                .at(simd, guess.from, guess.ratio, rows, &mut slopes[0]),
             None => {
                 for (row, slope) in slopes[0].0.iter_mut().zip(start) {
                     *row = [*slope; 8];
@@ -345,22 +346,22 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             }
         }
         let [mut old, mut new] = slopes.each_mut();
-        let mut at = Block::ZERO;
-        states_at_nodes(simd, (from, start, old), *h, places..time, &mut at);
+        let mut at = NodeRows::ZERO;
+        states_at_nodes(simd, from, start, old, *h, places..time, &mut at);
         // Squares are compared, which saves the latency of a root.
         let mean = h * h / (8.0 * all);
         let left = (LEFT * tolerance) * (LEFT * tolerance);
         let rough = (ROUGH * tolerance) * (ROUGH * tolerance);
         let mut last = f64::NAN;
         for sweep in 1..=SWEEPS {
-            states_at_nodes(simd, (from, start, old), *h, 0..places, &mut at);
+            states_at_nodes(simd, from, start, old, *h, 0..places, &mut at);
             if timed {
-                states_at_nodes(simd, (from, start, old), *h, time..time + 1, &mut at);
+                states_at_nodes(simd, from, start, old, *h, time..time + 1, &mut at);
             }
             if !motion.forces(simd, &at, new) {
                 return Err(StepFailure::Domain);
             }
-            states_at_nodes(simd, (from, start, new), *h, places..time, &mut at);
+            states_at_nodes(simd, from, start, new, *h, places..time, &mut at);
             motion.moves(simd, &at, new);
             let moved = squared_change(simd, [old, new], &scales, rows) * mean;
             (old, new) = (new, old);
@@ -407,9 +408,11 @@ fn size([fifth, sixth, seventh, eighth]: [f64; 4]) -> f64 {
 }
 
 fn to_step<Y: State>(
-    (from, slope): (&Y, &Y),
+    from: &Y,
+    slope: &Y,
     solved: &Solved,
-    (h, tolerance): (f64, f64),
+    h: f64,
+    tolerance: f64,
     of: &dyn Eightwise<Y>,
 ) -> LobattoStep<Y> {
     let [b, c, d, e, f, g, i, j] = of.states(&solved.slopes);
@@ -440,27 +443,29 @@ impl<Y: State> LobattoStep<Y> {
 
     /// A part of the step from its start, of length `h`, at full order; None on failure.
     pub fn redo(&self, of: &mut dyn Eightwise<Y>, h: f64, cost: &mut Cost) -> Option<Self> {
-        self.solve_part((&self.from, &self.slopes[0], -1.0), of, h, cost)
+        self.solve_part(&self.from, &self.slopes[0], -1.0, of, h, cost)
     }
 
     /// Both halves, with polynomials as accurate inside as the step is at its end.
     pub fn halves(&self, of: &mut dyn Eightwise<Y>, cost: &mut Cost) -> Option<[Self; 2]> {
         let h = 0.5 * self.h;
         let first = self.redo(of, h, cost)?;
-        let second = self.solve_part((&first.to, first.end_slope(), 0.0), of, h, cost)?;
+        let second = self.solve_part(&first.to, first.end_slope(), 0.0, of, h, cost)?;
         Some([first, second])
     }
 
     /// A step of length `h` that begins at a place in [-1, 1] of this one, with the given state and slope.
     fn solve_part(
         &self,
-        (from, slope, place): (&Y, &Y, f64),
+        from: &Y,
+        slope: &Y,
+        place: f64,
         of: &mut dyn Eightwise<Y>,
         h: f64,
         cost: &mut Cost,
     ) -> Option<Self> {
         let start = of.row(&self.slopes[0]);
-        let mut slopes = Block::ZERO;
+        let mut slopes = NodeRows::ZERO;
         for (i, slope) in self.slopes[1..].iter().enumerate() {
             for (row, x) in slopes.0.iter_mut().zip(of.row(slope)) {
                 row[i] = x;
@@ -472,7 +477,7 @@ impl<Y: State> LobattoStep<Y> {
             start: of.row(slope),
             h,
             tolerance: self.tolerance,
-            guess: Some(Guess {
+            guess: Some(SlopeGuess {
                 of: &modes,
                 from: place,
                 ratio: h / self.h,
@@ -481,7 +486,7 @@ impl<Y: State> LobattoStep<Y> {
         };
         let mut to = Solved::BLANK;
         solve_counted(of, &step, &mut to, cost).ok()?;
-        Some(to_step((from, slope), &to, (h, self.tolerance), of))
+        Some(to_step(from, slope, &to, h, self.tolerance, of))
     }
 }
 

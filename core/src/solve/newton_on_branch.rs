@@ -155,7 +155,7 @@ impl<'a> Space<'a> {
             // A tolerance below rounding cannot be met: corrections stay at the level of rounding.
             let noise = shrinking > 0.5;
             let stays = noise && !fine;
-            if stays && !self.is_rounding(length, (&at, &residual), &eliminated, &normal) {
+            if stays && !self.is_rounding(length, &at, &residual, &eliminated, &normal) {
                 return Err(Failure::Diverging(shrinking));
             }
             if stays {
@@ -197,7 +197,8 @@ impl<'a> Space<'a> {
     pub fn is_rounding(
         &self,
         length: f64,
-        (z, residual): (&Place, &DVector<f64>),
+        z: &Place,
+        residual: &DVector<f64>,
         eliminated: &Elimination,
         normal: &Place,
     ) -> bool {
@@ -222,6 +223,13 @@ impl<'a> Space<'a> {
     }
 }
 
+/// A place on a branch with the unit tangent there.
+#[derive(Debug, Clone)]
+pub(crate) struct DirectedPlace {
+    pub place: Place,
+    pub tangent: Place,
+}
+
 /// The cubic through two places with tangents, over the distance along the branch.
 #[derive(Debug, Clone)]
 pub(crate) struct Cubic {
@@ -233,14 +241,13 @@ pub(crate) struct Cubic {
 }
 
 impl Cubic {
-    /// Between (place, unit tangent) and (place, unit tangent).
-    pub fn new(a: (Place, Place), b: (Place, Place)) -> Self {
+    pub fn new(a: DirectedPlace, b: DirectedPlace) -> Self {
         Self {
-            length: length((&a.0, &a.1), (&b.0, &b.1)),
-            a: a.0,
-            b: b.0,
-            da: a.1,
-            db: b.1,
+            length: length(&a.place, &a.tangent, &b.place, &b.tangent),
+            a: a.place,
+            b: b.place,
+            da: a.tangent,
+            db: b.tangent,
         }
     }
 
@@ -278,11 +285,11 @@ impl Cubic {
 }
 
 /// Length of the branch between two places with unit tangents; the error is of fifth order.
-pub(crate) fn length(a: (&Place, &Place), b: (&Place, &Place)) -> f64 {
-    let chord = b.0 - a.0;
+pub(crate) fn length(a: &Place, da: &Place, b: &Place, db: &Place) -> f64 {
+    let chord = b - a;
     let size = chord.norm();
     let along = chord.unit();
     let across = |t: &Place| t - &(&along * along.dot(t));
-    let (u, v) = (across(a.1), across(b.1));
+    let (u, v) = (across(da), across(db));
     size * (1.0 + (2.0 * u.dot(&u) + 2.0 * v.dot(&v) - u.dot(&v)) / 30.0)
 }

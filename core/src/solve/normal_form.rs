@@ -35,8 +35,10 @@ pub fn null_vectors(jacobian: &DMatrix<f64>) -> Result<[DVector<f64>; 2]> {
 /// Those of the family; a point that is no fold, or vectors that are not its null vectors.
 pub fn normal_form(
     family: &dyn Family,
-    (x, p): (&DVector<f64>, f64),
-    (l, z): (&DVector<f64>, &DVector<f64>),
+    x: &DVector<f64>,
+    p: f64,
+    l: &DVector<f64>,
+    z: &DVector<f64>,
 ) -> Result<[f64; 2]> {
     let at = |step: f64| family.linearised(&(x + z * step), p);
     let here = at(0.0)?;

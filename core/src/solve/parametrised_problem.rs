@@ -72,7 +72,8 @@ pub trait Family {
         &self,
         _x: &DVector<f64>,
         _p: f64,
-        _direction: (&DVector<f64>, f64),
+        _direction: &DVector<f64>,
+        _dp: f64,
     ) -> Result<Option<f64>> {
         Ok(None)
     }
@@ -111,9 +112,10 @@ impl<F: Family + ?Sized> Family for Box<F> {
         &self,
         x: &DVector<f64>,
         p: f64,
-        direction: (&DVector<f64>, f64),
+        direction: &DVector<f64>,
+        dp: f64,
     ) -> Result<Option<f64>> {
-        (**self).event(x, p, direction)
+        (**self).event(x, p, direction, dp)
     }
 
     fn event_kind(&self) -> SpecialKind {

@@ -296,7 +296,7 @@ impl Radau {
                     factor = factor.min((CONTRACTING / self.newton.contraction).max(1.0));
                 }
                 let clipped = h < self.h;
-                let slope = self.end_slope(system, (&z, &to), (h, h_max));
+                let slope = self.end_slope(system, &z, &to, h, h_max);
                 self.accept(z, to, slope, Accepted { h, error });
                 self.worn = self.newton.contraction > FAST;
                 self.rough.record_contraction(self.newton.contraction);
@@ -328,8 +328,10 @@ impl Radau {
     fn end_slope(
         &mut self,
         system: &dyn AnySystem,
-        (z, to): (&[DVector<f64>], &DVector<f64>),
-        (h, h_max): (f64, f64),
+        z: &[DVector<f64>],
+        to: &DVector<f64>,
+        h: f64,
+        h_max: f64,
     ) -> DVector<f64> {
         if h == h_max {
             let mut slope = DVector::zeros(to.len());

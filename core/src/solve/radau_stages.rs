@@ -246,12 +246,12 @@ pub(super) struct Newton {
     pub(super) contraction: f64,
     /// Iterations of the last solution.
     pub(super) iterations: u64,
-    room: Room,
+    room: StageWorkspace,
 }
 
 /// Work space of the stages, kept from one solution to the next.
 #[derive(Debug, Clone)]
-struct Room {
+struct StageWorkspace {
     states: Stages,
     slopes: Stages,
     /// W = T^-1 Z, stored separately as in the book, and its increments.
@@ -262,7 +262,7 @@ struct Room {
     pair: DVector<Complex<f64>>,
 }
 
-impl Room {
+impl StageWorkspace {
     /// Work space for the given number of stages of n components.
     fn new(stages: usize, n: usize) -> Self {
         let all = vec![DVector::zeros(n); stages];
@@ -286,7 +286,7 @@ impl Newton {
             remainder: 1.0,
             contraction: 0.0,
             iterations: 0,
-            room: Room::new(0, 0),
+            room: StageWorkspace::new(0, 0),
         }
     }
 
@@ -322,9 +322,9 @@ impl Newton {
         // shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
         if self.room.pair.len() != n || self.room.states.len() != stages {
-            self.room = Room::new(stages, n);
+            self.room = StageWorkspace::new(stages, n);
         }
-        let Room {
+        let StageWorkspace {
             states,
             slopes,
             transformed: w,

@@ -9,7 +9,7 @@
 
 use super::arclength::Options;
 use super::elimination::Place;
-use super::newton_on_branch::{Finish, Space};
+use super::newton_on_branch::{DirectedPlace, Finish, Space};
 use super::parametrised_problem::Family;
 use super::rounding::{AtRoot, solver};
 use super::special_points::{Special, SpecialKind, Status};
@@ -71,7 +71,7 @@ impl Special {
     fn rounding(&self, family: &dyn Family, options: &Options) -> Option<(Place, f64)> {
         let weight = options.rounded_weight();
         let space = Space::new(family, weight, options.tolerance, options.max_corrections);
-        let (place, tangent) = self.place_and_tangent(weight);
+        let DirectedPlace { place, tangent } = self.place_and_tangent(weight);
         let moved = match self.kind {
             SpecialKind::BranchPoint => space.rounding_of_branch_point(&place)?,
             SpecialKind::StabilityChange => {
@@ -86,7 +86,7 @@ impl Special {
     fn found_again(&self, family: &dyn Family, options: &Options) -> Option<LocatedAgain> {
         let weight = options.rounded_weight();
         let space = Space::new(family, weight, options.tolerance, options.max_corrections);
-        let (place, tangent) = self.place_and_tangent(weight);
+        let DirectedPlace { place, tangent } = self.place_and_tangent(weight);
         let size = 1.0 + place.norm();
         if self.kind == SpecialKind::BranchPoint {
             let reach = REACHES[REACHES.len() - 1] * size;
@@ -136,9 +136,8 @@ impl Space<'_> {
         let test = match kind {
             SpecialKind::Fold => along.p,
             _ => {
-                let direction = (&along.x, along.p / self.weight);
-                let p = z.p / self.weight;
-                self.family.event(&z.x, p, direction).ok()??
+                let (p, dp) = (z.p / self.weight, along.p / self.weight);
+                self.family.event(&z.x, p, &along.x, dp).ok()??
             }
         };
         Some(residual.push(test))

@@ -6,7 +6,7 @@
 
 use super::arclength::Point;
 use super::elimination::Place;
-use super::newton_on_branch::{Corrected, Cubic, Failure, Finish, Space, length};
+use super::newton_on_branch::{Corrected, Cubic, DirectedPlace, Failure, Finish, Space, length};
 use super::roots::chandrupatla;
 use crate::math::small_sort::sort_few;
 use nalgebra::DVector;
@@ -75,12 +75,12 @@ pub struct Special {
 
 impl Special {
     /// Place and tangent in coordinates (x, weight p).
-    pub(crate) fn place_and_tangent(&self, weight: f64) -> (Place, Place) {
+    pub(crate) fn place_and_tangent(&self, weight: f64) -> DirectedPlace {
         let at = &self.point;
-        (
-            Place::new(at.x.clone(), at.p * weight),
-            Place::new(at.tangent_x.clone(), at.tangent_p * weight),
-        )
+        DirectedPlace {
+            place: Place::new(at.x.clone(), at.p * weight),
+            tangent: Place::new(at.tangent_x.clone(), at.tangent_p * weight),
+        }
     }
 
     /// True if the location converged.
@@ -99,8 +99,11 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    pub fn pair(&self) -> (Place, Place) {
-        (self.on.place.clone(), self.on.tangent.clone())
+    pub fn place_and_tangent(&self) -> DirectedPlace {
+        DirectedPlace {
+            place: self.on.place.clone(),
+            tangent: self.on.tangent.clone(),
+        }
     }
 }
 
@@ -145,22 +148,19 @@ impl Bracket {
 impl Space<'_> {
     /// Adds arclength, index and event to a corrected place after `before`.
     pub fn dress(&self, on: Corrected, before: &Sample) -> Sample {
-        let arclength = before.arclength
-            + length(
-                (&before.on.place, &before.on.tangent),
-                (&on.place, &on.tangent),
-            );
+        let arclength =
+            before.arclength + length(&before.on.place, &before.on.tangent, &on.place, &on.tangent);
         self.dressed(on, arclength, true)
     }
 
     pub fn dressed(&self, on: Corrected, arclength: f64, index: bool) -> Sample {
         let p = on.place.p / self.weight;
-        let direction = (&on.tangent.x, on.tangent.p / self.weight);
+        let dp = on.tangent.p / self.weight;
         Sample {
             index: index
                 .then(|| self.family.index(&on.place.x, p).ok().flatten())
                 .flatten(),
-            event: self.family.event(&on.place.x, p, direction).ok().flatten(),
+            event: (self.family.event(&on.place.x, p, &on.tangent.x, dp).ok()).flatten(),
             arclength,
             on,
         }
@@ -174,7 +174,7 @@ impl Space<'_> {
         t: f64,
         index: bool,
     ) -> Result<Sample, Failure> {
-        let cubic = Cubic::new(a.pair(), b.pair());
+        let cubic = Cubic::new(a.place_and_tangent(), b.place_and_tangent());
         let reach = 0.5 * cubic.length;
         let on = self.correct(&cubic.at(t), &cubic.slope(t), reach, Finish::Evaluated)?;
         // Not measured from `a`: points between two others must keep their order, whatever the error of the length.
@@ -220,7 +220,7 @@ impl Space<'_> {
         let event = matches!((a.event, b.event), (Some(a), Some(b)) if changes_sign(a, b));
         let jump = a.index.zip(b.index).map(|(a, b)| a.abs_diff(b));
         let explained = self.is_explained(a, b);
-        let cubic = Cubic::new(a.pair(), b.pair());
+        let cubic = Cubic::new(a.place_and_tangent(), b.place_and_tangent());
         let twice = if fold { None } else { cubic.turns_twice() };
         // Steps with changes of the index alone are divided until points at this distance are resolved: their kind
         // does not depend on the step.

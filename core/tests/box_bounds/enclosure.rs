@@ -1,6 +1,6 @@
 //! Enclosures of the pendulum over a box of the chart, in intervals.
 
-use super::super::Column;
+use super::super::BoxCoordinate;
 use super::{I, at};
 use crate::elastica::chart::{Integrals, amplitude};
 use std::f64::consts::PI;
@@ -104,7 +104,7 @@ pub(super) fn at_point(p: f64, u: f64) -> ([I; 4], I) {
 }
 
 impl Enclosure {
-    pub fn new(kind: Column, place: &Place) -> Self {
+    pub fn new(kind: BoxCoordinate, place: &Place) -> Self {
         let [low, high] = place.p;
         let u = I::new(place.u[0], place.u[1]);
         let (p0, u0) = (0.5 * (low + high), 0.5 * (u.lo + u.hi));
@@ -116,8 +116,8 @@ impl Enclosure {
         let ([kap_low, kc_high], [kap_high, kc_low]) = (modulus(low), modulus(high));
         let (kap, kc) = (kap_low.hull(kap_high), kc_low.hull(kc_high));
         let t = match kind {
-            Column::Linear => kap,
-            Column::Log => modulus_over_p(low).hull(modulus_over_p(high)),
+            BoxCoordinate::Linear => kap,
+            BoxCoordinate::Log => modulus_over_p(low).hull(modulus_over_p(high)),
         };
         // Every quarter turn adds at most 1 to B, and B < u. The rates of s and D are at most (1 + B) times the
         // larger of both along p, and 1 times it along u.

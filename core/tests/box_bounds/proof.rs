@@ -11,7 +11,8 @@ mod interval;
 mod series;
 
 use super::{
-    Column, FAR, LINEAR, LOG_X, LOG_Y, Local, MOVED, PASSING, QUARTER, bound_terms, chart_point,
+    BoxCoordinate, FAR, LINEAR, LOG_X, LOG_Y, Local, MOVED, PASSING, QUARTER, bound_terms,
+    chart_point,
 };
 use crate::elastica::chart::Integrals;
 use crate::elastica::folds::{MIN_FOLD_LAM, QUARTERS};
@@ -29,7 +30,7 @@ fn at(x: f64) -> I {
 
 impl Enclosure {
     /// Ok if all bounds hold over the box, u > 0.
-    fn holds(&self, kind: Column) -> Result<(), Miss> {
+    fn holds(&self, kind: BoxCoordinate) -> Result<(), Miss> {
         let pendulum = Pendulum::new(kind, self.u, self.values);
         let tip = pendulum.tip(pendulum.over_lam());
         let third = [&tip[0], &tip[1]].map(|jet| {
@@ -47,7 +48,7 @@ impl Enclosure {
     /// are the least over the box.
     fn compare(
         &self,
-        kind: Column,
+        kind: BoxCoordinate,
         [x, y]: [[I; 4]; 2],
         [_, _, along, across]: &[Jet; 4],
     ) -> Result<(), Miss> {
@@ -66,14 +67,14 @@ impl Enclosure {
             }
         };
         match kind {
-            Column::Log => {
+            BoxCoordinate::Log => {
                 let [bound_x, bound_y] = [LOG_X, LOG_Y].map(|terms| bound_terms(p * lam, terms));
                 for k in 0..4 {
                     check(x[k], bound_x[k], k, "x")?;
                     check(y[k], bound_y[k], k, "y")?;
                 }
             }
-            Column::Linear => {
+            BoxCoordinate::Linear => {
                 let any = bound_terms(lam, LINEAR);
                 let turns = (lam / self.quarter.hi).max(1.0);
                 let longest = (along.0[0][0].square() + across.0[0][0].square()).sqrt();
@@ -124,7 +125,7 @@ struct Miss {
 }
 
 /// Proves the bounds over a box; returns the number of pieces.
-fn prove(kind: Column, whole: Place) -> usize {
+fn prove(kind: BoxCoordinate, whole: Place) -> usize {
     let mut queue = vec![whole];
     let mut pieces = 0;
     while let Some(place) = queue.pop() {
@@ -176,8 +177,8 @@ fn rows() -> Vec<[f64; 2]> {
 /// pieces.
 fn prove_row(u: [f64; 2], part: usize, parts: usize) -> [usize; 2] {
     let sides = [
-        (Column::Log, 0.0, LOG_TO),
-        (Column::Linear, LINEAR_FROM, u[1] + BEYOND),
+        (BoxCoordinate::Log, 0.0, LOG_TO),
+        (BoxCoordinate::Linear, LINEAR_FROM, u[1] + BEYOND),
     ];
     sides.map(|(kind, from, to)| {
         let columns = ((to - from) / WIDTH).ceil() as usize;
@@ -235,8 +236,8 @@ fn enclosures_hold_the_closed_form() {
     for i in 0..600 {
         let lam = 0.6 + 59.0 * random().powi(2);
         let (kind, p) = match i % 2 {
-            0 => (Column::Log, 0.02 + 1.1 * random()),
-            _ => (Column::Linear, 0.85 + (lam + 5.0) * random().powi(2)),
+            0 => (BoxCoordinate::Log, 0.02 + 1.1 * random()),
+            _ => (BoxCoordinate::Linear, 0.85 + (lam + 5.0) * random().powi(2)),
         };
         let [a, b] = [
             0.02 * random().powi(3) * p.min(1.0),
@@ -265,8 +266,8 @@ fn enclosures_hold_the_closed_form() {
             holds(known.values[field], value, 1e-13 * (1.0 + lam));
         }
         let first = match kind {
-            Column::Log => p.ln(),
-            Column::Linear => p,
+            BoxCoordinate::Log => p.ln(),
+            BoxCoordinate::Linear => p,
         };
         let second = |first: f64, lam: f64| {
             let (p, at) = chart_point(kind, first, lam).unwrap();
@@ -278,8 +279,8 @@ fn enclosures_hold_the_closed_form() {
         for k in 0..2 {
             // Derivatives by ln p are in units of p^2 and p.
             let unit = match kind {
-                Column::Log => p.powi(2 - k as i32),
-                Column::Linear => 1.0,
+                BoxCoordinate::Log => p.powi(2 - k as i32),
+                BoxCoordinate::Linear => 1.0,
             };
             let slope = |a: &[[f64; 2]; 3], b: &[[f64; 2]; 3], i: usize| {
                 (a[i][k] - b[i][k]) / (2.0 * h * unit)
@@ -337,7 +338,7 @@ fn no_fold_lies_below_the_scan() {
         }
         let (wide, long) = (p_high - p_low, high - low);
         if wide.max(long) < 0.5 {
-            let det = fold_function(&Enclosure::new(Column::Linear, &place));
+            let det = fold_function(&Enclosure::new(BoxCoordinate::Linear, &place));
             if det.lo > 0.0 {
                 continue;
             }

@@ -1,6 +1,6 @@
 //! Taylor coefficients of the pendulum and of the tip over a box, in intervals.
 
-use super::super::Column;
+use super::super::BoxCoordinate;
 use super::{I, at};
 
 /// Number of coefficients along a coordinate: derivatives up to the third.
@@ -74,7 +74,7 @@ const B: usize = 8;
 /// Pendulum over a box. The divisor t of the rate of B is kap (coordinate p) or kap/p (coordinate ln p).
 #[derive(Clone, Copy)]
 pub(super) struct Pendulum {
-    kind: Column,
+    kind: BoxCoordinate,
     u: Jet,
     /// Fields p, kap, kap', t, 1/t, s, c, D, B.
     pub fields: [Jet; 9],
@@ -82,7 +82,7 @@ pub(super) struct Pendulum {
 
 impl Pendulum {
     /// Series from the enclosures over the box.
-    pub fn new(kind: Column, u: I, values: [I; 9]) -> Self {
+    pub fn new(kind: BoxCoordinate, u: I, values: [I; 9]) -> Self {
         let mut u = Jet::constant(u);
         u.0[0][1] = I::ONE;
         let mut new = Self {
@@ -123,8 +123,8 @@ impl Pendulum {
             by(&by(kap, c), &f).negative(),
         ];
         let ([kap_q, kc_q, s_q, c_q, d_q], p_q, t_q) = match self.kind {
-            Column::Linear => (along_p, Jet::constant(I::ONE), kc2),
-            Column::Log => (along_p.map(|v| by(p, &v)), *p, kc2.minus(t)),
+            BoxCoordinate::Linear => (along_p, Jet::constant(I::ONE), kc2),
+            BoxCoordinate::Log => (along_p.map(|v| by(p, &v)), *p, kc2.minus(t)),
         };
         let over_q = by(&by(over, over), &t_q).negative();
         [p_q, kap_q, kc_q, t_q, over_q, s_q, c_q, d_q, b_q]
@@ -184,8 +184,8 @@ impl Pendulum {
             .minus(&by(&cd, &sigma).twice());
         let y = by(&sigma, &one.minus(&back)).minus(&by(&cd, &along));
         let factor = match self.kind {
-            Column::Linear => *kap,
-            Column::Log => {
+            BoxCoordinate::Linear => *kap,
+            BoxCoordinate::Log => {
                 // Growth of p along ln p: p/p0 = e^dq.
                 let mut grown = Jet::constant(I::ONE);
                 for i in 1..M {

@@ -8,7 +8,7 @@ use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
 use snaprod::rod::{
-    EndConditions, Equilibrium, Problem, Rod, RodFamily, RodSection, State, Statical,
+    BranchEquilibrium, EndConditions, Equilibrium, Problem, Rod, RodFamily, RodSection, Statical,
 };
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Item, Options};
@@ -132,7 +132,7 @@ fn specials(
     guess: Vector6<f64>,
     (from, to): (f64, f64),
     count: usize,
-) -> Result<Vec<(Special, State)>> {
+) -> Result<Vec<(Special, BranchEquilibrium)>> {
     let family = RodFamily::new(problem, false, to - from);
     let x = family.unknowns(&guess, from)?;
     let options = Options {
@@ -155,7 +155,10 @@ fn specials(
 }
 
 /// Stable states at growing p, continued from the state found at the first p.
-fn stable_states(problem: impl Fn(f64) -> Result<Problem>, values: &[f64]) -> Result<Vec<State>> {
+fn stable_states(
+    problem: impl Fn(f64) -> Result<Problem>,
+    values: &[f64],
+) -> Result<Vec<BranchEquilibrium>> {
     let [from, to] = [values[0], values[values.len() - 1]];
     let first = problem(from)?.solve(None)?;
     let family = RodFamily::new(problem, false, to - from);

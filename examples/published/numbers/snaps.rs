@@ -4,7 +4,7 @@ use super::{Number, number, planar_rod, rows, specials, tilt};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::{EndConditions, Problem, Rod, State};
+use snaprod::rod::{BranchEquilibrium, EndConditions, Problem, Rod};
 use snaprod::section::Linear;
 use snaprod::solve::special_points::{Special, SpecialKind};
 use std::f64::consts::PI;
@@ -20,7 +20,7 @@ enum Far {
 
 /// Special points up to the fold of a rod with one clamp turned by the angle p. The ends are 1 - s apart, and the rod
 /// is at first bent away from the turn.
-fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special, State)>> {
+fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special, BranchEquilibrium)>> {
     let end = Vector3::z() * (1.0 - s);
     let problem = move |a: f64| {
         let turn = |a: f64| UnitQuaternion::from_scaled_axis(Vector3::y() * a);

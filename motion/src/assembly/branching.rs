@@ -5,7 +5,7 @@
 //! J/d and the slopes by it would both vanish. Steps go there in plain time. Where the rod is neutral all round, det
 //! J touches 0 without a change of sign, so the resistance in the neutral direction is watched instead.
 
-use super::step::Progress;
+use super::step::StepProgress;
 use super::{AssemblyRun, StateVector};
 use crate::event::{Event, Outcome};
 use crate::locate::{Guess, Timed, locate};
@@ -78,7 +78,7 @@ impl AssemblyRun {
         &mut self,
         step: &mut AcceptedStep<StateVector>,
         before: &[RodMonitor],
-    ) -> Option<Progress> {
+    ) -> Option<StepProgress> {
         let span = step.to().time() - step.from().time();
         let suspect =
             |k: &usize| self.unpushed.contains(k) || self.watch[*k].det * before[*k].det <= 0.0;
@@ -125,7 +125,7 @@ impl AssemblyRun {
         self.solver
             .rewind(step.to().clone(), step.end_slope().clone());
         self.watch[k] = there;
-        Some(Progress::Fold {
+        Some(StepProgress::Fold {
             rods: vec![(k, before[k].det)],
             time_error: found.time_error,
             crossing: Some(if there.is_neutral_all_round(ALL_ROUND) {

@@ -1,6 +1,6 @@
 //! Motion of an assembly from event to event: the implementation of [`Motion`].
 
-use super::step::Progress;
+use super::step::StepProgress;
 use super::{AssemblyRun, Pending};
 use crate::drive::{Motion, StateVariables};
 use crate::event::{Event, Outcome};
@@ -69,7 +69,7 @@ impl<'a> Motion<'a> for AssemblyRun {
             return Some(self.stuck(Cause::Failed(why), remedy));
         }
         match progress {
-            Progress::Fold {
+            StepProgress::Fold {
                 rods,
                 time_error,
                 crossing,
@@ -77,8 +77,8 @@ impl<'a> Motion<'a> for AssemblyRun {
                 self.folded = rods;
                 self.pending = Some(Pending::Fold(time_error, crossing));
             }
-            Progress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
-            Progress::Moved | Progress::Arrived => {}
+            StepProgress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
+            StepProgress::Moved | StepProgress::Arrived => {}
         }
         Some(Event::Step {
             from,

@@ -1,7 +1,7 @@
 //! First-order mass of the rods of an assembly: the times at which a motion feels it, and the energy booked
 //! at each change (theory 3.9).
 
-use super::step::Progress;
+use super::step::StepProgress;
 use super::{AssemblyRun, StateVector};
 use crate::locate::{Timed, first_change, shorten_step};
 use crate::options::Options;
@@ -140,7 +140,7 @@ impl AssemblyRun {
     }
 
     /// A step, as [`AssemblyRun::advance_to`], with the mass of the rods that can be followed.
-    pub(super) fn advance_with_rods(&mut self, end: f64) -> Option<Progress> {
+    pub(super) fn advance_with_rods(&mut self, end: f64) -> Option<StepProgress> {
         let from = self.solver.state().time();
         let progress = self.advance_weighed(end);
         if self.assembly.light_rods().any(|(_, light)| !light.followed) {
@@ -149,7 +149,7 @@ impl AssemblyRun {
         progress
     }
 
-    fn advance_weighed(&mut self, end: f64) -> Option<Progress> {
+    fn advance_weighed(&mut self, end: f64) -> Option<StepProgress> {
         if self.assembly.light_rods().next().is_none() {
             return self.advance_to(end);
         }
@@ -159,11 +159,11 @@ impl AssemblyRun {
         let progress = self.advance_to(end);
         if progress.is_some() && self.ends_where_it_changes(room)? {
             self.near = near;
-            return Some(Progress::Moved);
+            return Some(StepProgress::Moved);
         }
         // A fold that the normal form had not predicted, or no step at all.
         let lost = match &progress {
-            Some(Progress::Fold { rods, .. }) => self.felt(Some(rods)),
+            Some(StepProgress::Fold { rods, .. }) => self.felt(Some(rods)),
             Some(_) => Vec::new(),
             None => self.felt(None),
         };

@@ -10,7 +10,7 @@
 
 use super::{AssemblyRun, StateVector};
 use nalgebra::{DMatrix, DVector};
-use snaprod_systems::assembly::{Assembly, Linearised};
+use snaprod_systems::assembly::{Assembly, LinearisedStage};
 use snaprod_systems::rod::Wrench;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::State;
@@ -111,7 +111,7 @@ struct SolvedStep {
     stages: Vec<DVector<f64>>,
     unknowns: Stages,
     /// Linearisation at the last stage.
-    last: Linearised,
+    last: LinearisedStage,
     iterations: usize,
     dets: Vec<Vec<f64>>,
 }
@@ -122,11 +122,13 @@ fn solve(
     from: &DVector<f64>,
     h: f64,
     mut unknowns: Stages,
-    (goal, along): (f64, f64),
+    goal: f64,
+    along: f64,
     cost: &mut Cost,
 ) -> Option<SolvedStep> {
     let table = tableau();
-    let (places, velocities) = assembly.slots();
+    let slots = assembly.slots();
+    let velocities = &slots[1];
     let count = velocities.len();
     let time = assembly.time_slot();
     let mut stages = vec![from.clone(); S];
@@ -138,13 +140,13 @@ fn solve(
             from,
             h,
             &unknowns,
-            (&places, &velocities),
+            &slots,
             &mut stages,
             &mut rates,
         );
-        let here: Option<Vec<Linearised>> = stages
+        let here: Option<Vec<LinearisedStage>> = stages
             .iter()
-            .map(|stage| Linearised::at(assembly, stage, along))
+            .map(|stage| LinearisedStage::at(assembly, stage, along))
             .collect();
         cost.evaluations += S as u64;
         let here = here?;
@@ -176,7 +178,7 @@ fn solve(
             let faster = change(&table.once, i) * h;
             size = size
                 .max(moved.amax())
-                .max(scaled(&faster, from, &velocities));
+                .max(scaled(&faster, from, velocities));
             gap = gap.max(at.gap);
             let charts = &at.charts_by_place * moved;
             for (k, q) in unknowns[i].1.iter_mut().enumerate() {
@@ -196,7 +198,7 @@ fn solve(
                 from,
                 h,
                 &unknowns,
-                (&places, &velocities),
+                &slots,
                 &mut stages,
                 &mut rates,
             );
@@ -256,11 +258,12 @@ fn place(
     from: &DVector<f64>,
     h: f64,
     unknowns: &Stages,
-    (places, velocities): (&[usize], &[usize]),
+    slots: &[Vec<usize>; 2],
     stages: &mut [DVector<f64>],
     rates: &mut [DVector<f64>],
 ) {
     const SWEEPS: usize = 40;
+    let [places, velocities] = slots;
     let once = &tableau().once;
     let time = assembly.time_slot();
     for (i, stage) in stages.iter_mut().enumerate() {
@@ -296,7 +299,8 @@ fn place(
 /// at the start. `quiet`: number of applications of the filter of Hairer and Wanner, which takes fast modes
 /// as slaved to the rest.
 fn error(
-    (from, slope): (&DVector<f64>, &DVector<f64>),
+    from: &DVector<f64>,
+    slope: &DVector<f64>,
     h: f64,
     solved: &SolvedStep,
     velocities: &[usize],
@@ -381,7 +385,7 @@ impl AssemblyRun {
                 sum
             });
         }
-        let (_, velocities) = self.assembly.slots();
+        let [_, velocities] = self.assembly.slots();
         let acceleration =
             DVector::from_iterator(velocities.len(), velocities.iter().map(|slot| slope[*slot]));
         let chart = |k: usize, c: f64| {
@@ -430,7 +434,7 @@ impl AssemblyRun {
 
     fn try_implicit(&mut self, h_max: f64, trial: bool) -> Option<AcceptedStep<StateVector>> {
         let (from, slope) = (self.solver.state().clone(), self.solver.slope().clone());
-        let (_, velocities) = self.assembly.slots();
+        let [_, velocities] = self.assembly.slots();
         let local = self.local();
         let along = (FINER * self.along()).max(crate::options::FINEST);
         let goal = (NEWTON * local).max(ROUNDING);
@@ -443,7 +447,7 @@ impl AssemblyRun {
             let begun = self.extra.evaluations;
             let assembly = self.assembly.clone();
             let guess = self.guess(h, blind);
-            let solved = solve(&assembly, &from.0, h, guess, (goal, along), &mut self.extra);
+            let solved = solve(&assembly, &from.0, h, guess, goal, along, &mut self.extra);
             let steps = |h: f64, evaluations: u64| {
                 evaluations as f64 / EXPLICIT * self.implicit.explicit / h
             };
@@ -467,7 +471,7 @@ impl AssemblyRun {
                 (true, false) => 1,
                 (true, true) => 2,
             };
-            let size = error((&from.0, &slope.0), h, &solved, &velocities, quiet) * SLACK / local;
+            let size = error(&from.0, &slope.0, h, &solved, &velocities, quiet) * SLACK / local;
             let factor = SAFETY * size.max(1e-12).powf(-1.0 / 8.0);
             if !(size <= 1.0) {
                 self.extra.rejected += 1;

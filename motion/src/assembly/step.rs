@@ -31,7 +31,7 @@ pub(super) const LOOSE: f64 = 1e3;
 const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 
 /// Outcome of a step.
-pub(super) enum Progress {
+pub(super) enum StepProgress {
     Moved,
     Arrived,
     /// At the folds of these rods.
@@ -86,7 +86,7 @@ impl AssemblyRun {
     }
 
     /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
-    pub(super) fn advance_to(&mut self, end: f64) -> Option<Progress> {
+    pub(super) fn advance_to(&mut self, end: f64) -> Option<StepProgress> {
         self.booked = 0.0;
         let watched = self.watch.clone();
         let before: Vec<f64> = watched.iter().map(|rod| rod.det).collect();
@@ -150,9 +150,9 @@ impl AssemblyRun {
             }
         }
         Some(if arrived {
-            Progress::Arrived
+            StepProgress::Arrived
         } else {
-            Progress::Moved
+            StepProgress::Moved
         })
     }
 
@@ -184,7 +184,7 @@ impl AssemblyRun {
     }
 
     /// One step in time slowed for the rods near a fold.
-    fn slow_step(&mut self, end: f64) -> Option<Progress> {
+    fn slow_step(&mut self, end: f64) -> Option<StepProgress> {
         self.taken_by = (self.assembly.clone(), self.slowed.clone());
         let f = &self.right_hand_side();
         let remaining = end - self.solver.state().time();
@@ -202,7 +202,7 @@ impl AssemblyRun {
                 let time_error = ON_TIME * (1.0 + state.time());
                 let h = first_step(&state, self.solver.slope(), self.options.tolerance);
                 self.resume(state, self.slowed.clone(), h)?;
-                return Some(Progress::Fold {
+                return Some(StepProgress::Fold {
                     rods,
                     time_error,
                     crossing: None,
@@ -224,7 +224,7 @@ impl AssemblyRun {
             step = fold.step;
             fold.time_error
         });
-        let mut progress = Progress::Moved;
+        let mut progress = StepProgress::Moved;
         if step.to().time() >= end {
             let passed = step.to().time() - step.from().time();
             let guess = Guess {
@@ -245,9 +245,9 @@ impl AssemblyRun {
             };
             step = found.step;
             *step.to_mut() = step.to().clone().at_time(end);
-            progress = Progress::Arrived;
+            progress = StepProgress::Arrived;
         } else if let Some(time_error) = folded {
-            progress = Progress::Fold {
+            progress = StepProgress::Fold {
                 rods: self.at_folds(step.to(), true)?,
                 time_error,
                 crossing: None,
@@ -255,7 +255,7 @@ impl AssemblyRun {
         }
         self.extra.evaluations += cost.evaluations;
         self.extra.samples += cost.samples;
-        let whole = matches!(progress, Progress::Moved);
+        let whole = matches!(progress, StepProgress::Moved);
         if !whole {
             self.solver
                 .rewind(step.to().clone(), step.end_slope().clone());
@@ -352,7 +352,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to its first event: a break or end of a groove, or a contact.
-    fn cut(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<Progress>> {
+    fn cut(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<StepProgress>> {
         let knot = self.knot(step);
         if let Some(None) = knot {
             return knot;
@@ -361,7 +361,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to the first contact of rods.
-    fn touch(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<Progress>> {
+    fn touch(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<StepProgress>> {
         if !self.assembly.looks_for_contacts() {
             return None;
         }
@@ -414,7 +414,7 @@ impl AssemblyRun {
         let now = assembly.configuration(&step.to().0);
         let there = contact.at(&assembly, step.to().time(), &now);
         let outcome = Outcome::SelfContact(there.unwrap_or(contact));
-        Some(Some(Progress::End(outcome)))
+        Some(Some(StepProgress::End(outcome)))
     }
 
     /// The step shortened to the moment at which a body first turns back beyond the end of its groove; None
@@ -468,7 +468,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to the first passage of a break or an end of a groove.
-    fn knot(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<Progress>> {
+    fn knot(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<StepProgress>> {
         if self.assembly.along_grooves(&step.from().0).is_empty() {
             return None;
         }
@@ -510,9 +510,9 @@ impl AssemblyRun {
         let ends = groove.and_then(Groove::ends);
         let at_end = ends.is_some_and(|[a, b]| knot == a || knot == b);
         Some(Some(if at_end {
-            Progress::End(Outcome::GrooveEnd(body))
+            StepProgress::End(Outcome::GrooveEnd(body))
         } else {
-            Progress::Moved
+            StepProgress::Moved
         }))
     }
 

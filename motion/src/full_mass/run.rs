@@ -71,33 +71,8 @@ impl HeavyRun {
                  implicit steps",
             ));
         }
-        let outside = || {
-            Error::domain(
-                "the strains at the start are outside the law's domain, or too large for a shape of the rod",
-            )
-        };
-        let rods = given.links.iter();
-        let elements = rods.map(|link| link.rod.given.breaks().len() + 1).sum();
-        let mut counts = match options.nodes {
-            Nodes::Adaptive => vec![FIRST; elements],
-            Nodes::Fixed(nodes) => vec![nodes; elements],
-        };
-        let (model, mut y, nodes) = loop {
-            let (model, y) = start.at_nodes(given, &counts)?;
-            let judged = NodeResolution::new(&model, &y, &options).ok_or_else(outside)?;
-            match judged.demand {
-                Demand::More(more) if options.nodes == Nodes::Adaptive => {
-                    if more.iter().any(|n| *n > MOST_NODES) {
-                        return Err(Error::domain(format!(
-                            "the strains at the start are too rough for {MOST_NODES} nodes on an element; give smoother strains, or a \
-                             larger tolerance"
-                        )));
-                    }
-                    counts = more;
-                }
-                _ => break (Arc::new(model), y, judged.nodes),
-            }
-        };
+        let (model, mut y, nodes) = resolved_start(given, start, &options)?;
+        let model = Arc::new(model);
         System::settle(&*model, &mut y).ok_or_else(|| {
             Error::domain(
                 "the accelerations at the start do not follow from the loads: the strains are outside the law's domain, or the rods hold \
@@ -106,7 +81,7 @@ impl HeavyRun {
         })?;
         let current = model.at(&y);
         let current = current.and_then(|at| HeavySample::new(&model, &y, at, model.second(&y)));
-        let current = current.ok_or_else(outside)?;
+        let current = current.ok_or_else(outside_domain)?;
         let near = nearness(&model, &y);
         let touching = near.as_ref().and_then(|near| near.contact);
         if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
@@ -417,6 +392,46 @@ impl HeavyRun {
         let whole = self.integrator.span() >= h * (1.0 - 1e-9);
         self.ended = Some(outcome).filter(|_| whole);
         Some(())
+    }
+}
+
+/// The error of strains without a shape.
+fn outside_domain() -> Error {
+    Error::domain(
+        "the strains at the start are outside the law's domain, or too large for a shape of the rod",
+    )
+}
+
+/// The rods at the nodes that the start needs, its state, and the number of nodes of the rod that has most.
+///
+/// # Errors
+/// As [`HeavyRun::new`].
+pub(super) fn resolved_start(
+    given: &HeavyAssembly,
+    start: &HeavyStart<'_>,
+    options: &Options,
+) -> Result<(HeavyAssembly, DVector<f64>, usize)> {
+    let rods = given.links.iter();
+    let elements = rods.map(|link| link.rod.given.breaks().len() + 1).sum();
+    let mut counts = match options.nodes {
+        Nodes::Adaptive => vec![FIRST; elements],
+        Nodes::Fixed(nodes) => vec![nodes; elements],
+    };
+    loop {
+        let (model, y) = start.at_nodes(given, &counts)?;
+        let judged = NodeResolution::new(&model, &y, options).ok_or_else(outside_domain)?;
+        match judged.demand {
+            Demand::More(more) if options.nodes == Nodes::Adaptive => {
+                if more.iter().any(|n| *n > MOST_NODES) {
+                    return Err(Error::domain(format!(
+                        "the strains at the start are too rough for {MOST_NODES} nodes on an element; give smoother strains, or a \
+                         larger tolerance"
+                    )));
+                }
+                counts = more;
+            }
+            _ => return Ok((model, y, judged.nodes)),
+        }
     }
 }
 

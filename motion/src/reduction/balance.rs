@@ -47,7 +47,7 @@ impl Slots {
 
 /// State of a reduced motion: strains, their rates, and the strains of the Maxwell branches.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct State {
+pub(super) struct ReducedState {
     pub time: f64,
     pub strain: Strain,
     /// Rates e_t; also the end's velocity along its directors, since V = Q^T e_t.
@@ -55,7 +55,7 @@ pub(super) struct State {
     pub branches: Vec<Strain>,
 }
 
-impl State {
+impl ReducedState {
     /// The state after the time h, to first order; `slope` is d/dt of the state.
     pub fn moved(&self, slope: &Self, h: f64) -> Self {
         let branches = self.branches.iter().zip(&slope.branches);
@@ -190,7 +190,7 @@ impl Reduction {
     /// d(acceleration)/d(wrench) and d(acceleration)/dV along the directors of the end.
     pub(super) fn linear_body(
         &self,
-        at: &State,
+        at: &ReducedState,
         pose: &Isometry3<f64>,
     ) -> (Matrix6<f64>, Matrix6<f64>) {
         let v = rotate_halves(&pose.rotation, &at.rate);
@@ -209,7 +209,7 @@ impl Reduction {
     ///
     /// # Errors
     /// Strains outside the domain of a law.
-    pub(super) fn balance(&self, at: &State) -> Result<Balance> {
+    pub(super) fn balance(&self, at: &ReducedState) -> Result<Balance> {
         let (e, rate) = (&at.strain, &at.rate);
         let rigid = self.section.rate.rigid();
         let welded = self.carried.turns();
@@ -294,9 +294,9 @@ impl Reduction {
     }
 
     /// d/dt of the state.
-    pub(super) fn slope(&self, at: &State, balance: &Balance) -> State {
+    pub(super) fn slope(&self, at: &ReducedState, balance: &Balance) -> ReducedState {
         let branches = self.section.branches.iter().zip(&at.branches);
-        State {
+        ReducedState {
             time: 1.0,
             strain: at.rate,
             rate: balance.acceleration,

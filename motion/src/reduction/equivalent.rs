@@ -1,6 +1,6 @@
 //! Spring and dashpot equivalent to the rod: AMV (6.3).
 
-use super::balance::{Slots, State, stored};
+use super::balance::{ReducedState, Slots, stored};
 use super::{Reduction, ReductionKind};
 use nalgebra::{Complex, DMatrix, DVector, Matrix6};
 use snaprod_systems::error::{Error, Result};
@@ -29,14 +29,14 @@ pub struct Equivalent {
     /// The body's own drag.
     pub drag: DMatrix<f64>,
     /// Modes without damping, by frequency.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<EquivalentMode>,
     /// Eigenvalues of the motion with dashpot, drag and branches, by imaginary and real part.
     pub eigenvalues: Vec<Complex<f64>>,
 }
 
 /// A mode of mass and stiffness (their symmetric parts).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mode {
+pub struct EquivalentMode {
     /// In radians per unit of time; 0 where the stiffness is not positive.
     pub natural_frequency: f64,
     /// Share of critical damping by dashpot and drag, shape.C shape/(2 frequency); branches are left out.
@@ -46,7 +46,7 @@ pub struct Mode {
 }
 
 /// q'' = -inverse_mass (stiffness q + dashpot q' + sum modulus (q - z)) + slowing q', z' = (q - z)/time.
-pub(super) struct Linearised {
+pub(super) struct LinearisedReduction {
     stiffness: DMatrix<f64>,
     dashpot: DMatrix<f64>,
     branches: Vec<(DMatrix<f64>, f64)>,
@@ -70,7 +70,7 @@ impl Reduction {
     }
 
     /// The motion linearised at a state.
-    pub(super) fn linearised(&self, at: &State) -> Result<Linearised> {
+    pub(super) fn linearised(&self, at: &ReducedState) -> Result<LinearisedReduction> {
         let section = &self.section;
         let elastic = stored(section, &at.strain)?.tangent;
         let overstress = section.rate.overstress(0.0, &at.strain, &at.rate)?;
@@ -90,7 +90,7 @@ impl Reduction {
         let inverse_mass = self.without_reactions(&mobility, &mobility)?;
         let slowing = self.without_reactions(&mobility, &by_velocity)?;
         let part = |a: &Matrix6<f64>| part(&self.slots, a);
-        Ok(Linearised {
+        Ok(LinearisedReduction {
             stiffness: part(&(elastic - viscosity * rate.by_strain)),
             dashpot: part(&viscosity),
             branches: section
@@ -143,16 +143,16 @@ fn modes(
     mass: &DMatrix<f64>,
     stiffness: &DMatrix<f64>,
     damping: &DMatrix<f64>,
-) -> Result<Vec<Mode>> {
+) -> Result<Vec<EquivalentMode>> {
     let indefinite = || Error::ill_conditioned("the mass of the body is not positive definite");
     let root = mass.clone().cholesky().ok_or_else(indefinite)?.l();
     let inverse = root.try_inverse().ok_or_else(indefinite)?;
     let eigen = symmetric(&(&inverse * stiffness * inverse.transpose())).symmetric_eigen();
-    let mut modes: Vec<Mode> = (0..mass.nrows())
+    let mut modes: Vec<EquivalentMode> = (0..mass.nrows())
         .map(|i| {
             let shape = inverse.transpose() * eigen.eigenvectors.column(i);
             let natural_frequency = eigen.eigenvalues[i].max(0.0).sqrt();
-            Mode {
+            EquivalentMode {
                 natural_frequency,
                 damping_ratio: shape.dot(&(damping * &shape)) / (2.0 * natural_frequency),
                 shape,
@@ -163,7 +163,7 @@ fn modes(
     Ok(modes)
 }
 
-impl Linearised {
+impl LinearisedReduction {
     /// The matrix of the first-order system in (q, q', z of each branch).
     pub(super) fn matrix(&self) -> DMatrix<f64> {
         let (k, blocks) = (self.stiffness.nrows(), 2 + self.branches.len());

@@ -3,7 +3,7 @@
 use super::{Phase, Run};
 use crate::drive::Motion;
 use crate::options::Options;
-use crate::sheet::MassTreatment;
+use crate::sheet::{MassNow, MassTreatment};
 use crate::straight_release::Opening;
 use nalgebra::Vector2;
 use snaprod_systems::body::PointMass;
@@ -32,7 +32,7 @@ impl<'a> Run<'a, Elastica, 2> {
         if let Some(rod) = body.rod()
             && let MassTreatment::Glides(glide) = run
                 .motion
-                .nears_straight(rod, (false, false), false)
+                .nears_straight(rod, MassNow::default(), false)
                 .passage
         {
             run.go_straight(rod, *glide);

@@ -4,7 +4,7 @@
 use super::{OnSheet, Phase, Progress, Run, Sample};
 use crate::body_with_rod::{force_of_mass, rod_error};
 use crate::locate::first_change;
-use crate::sheet::{Glide, MassTreatment};
+use crate::sheet::{Glide, MassNow, MassTreatment};
 use snaprod_systems::error::Result;
 use snaprod_systems::manifold::{FirstOrderInertia, Multivalued};
 use std::mem;
@@ -43,7 +43,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let rod = (self.body.rod()).filter(|_| !self.motion.passes_straight());
         let felt = rod.and_then(|rod| {
             let at = self.manifold.point(&phase.q)?;
-            force_of_mass(rod, self.body, (&phase, &at), error)
+            force_of_mass(rod, self.body, &phase, &at, error)
         });
         if let Some(felt) = felt {
             state.force += felt;
@@ -102,10 +102,14 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
         let mut progress = self.motion.step(end);
         if progress.is_some() {
-            if (self.motion).ends_at_straight(rod, (self.followed, false), distance) {
+            let now = MassNow {
+                followed: self.followed,
+                shakes: false,
+            };
+            if (self.motion).ends_at_straight(rod, now, distance) {
                 (progress, self.at_edge) = (Some(Progress::Moved), true);
             }
-            if self.ends_where_it_changes(rod, (&from, room)) {
+            if self.ends_where_it_changes(rod, &from, room) {
                 self.at_edge = false;
                 return Ok(Some(Progress::Moved));
             }
@@ -137,7 +141,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     fn ends_where_it_changes(
         &mut self,
         rod: &'a dyn FirstOrderInertia<N>,
-        (from, room): (&Phase<N>, Option<f64>),
+        from: &Phase<N>,
+        room: Option<f64>,
     ) -> bool {
         let now = self.followed;
         let before = room.unwrap_or_else(|| self.room(rod, from));
@@ -183,8 +188,12 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return Ok(ControlFlow::Continue(0.0));
         }
         if !self.motion.passes_straight() {
-            let (at_edge, known) = (mem::take(&mut self.at_edge), (self.followed, self.shakes));
-            let near = self.motion.nears_straight(rod, known, at_edge);
+            let at_edge = mem::take(&mut self.at_edge);
+            let now = MassNow {
+                followed: self.followed,
+                shakes: self.shakes,
+            };
+            let near = self.motion.nears_straight(rod, now, at_edge);
             self.shakes = matches!(near.passage, MassTreatment::Shakes);
             match near.passage {
                 MassTreatment::None => return Ok(ControlFlow::Continue(near.distance)),
@@ -199,7 +208,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                     }
                     let mut progress = self.motion.step(end);
                     if progress.is_some()
-                        && (self.motion).ends_at_straight(rod, (false, true), near.distance)
+                        && (self.motion).ends_at_straight(rod, MassNow::SHAKES, near.distance)
                     {
                         (progress, self.at_edge) = (Some(Progress::Moved), true);
                     }

@@ -44,6 +44,23 @@ const SOON: f64 = 1e-4;
 /// Tolerance of the pull at a handover to the chart, relative to 1 + the pull's excess over the body's own.
 const FOUND: f64 = 1e-8;
 
+/// Present treatment of the rod's mass by a motion.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MassNow {
+    /// True if the motion feels the mass.
+    pub followed: bool,
+    /// True if the motion shakes too hard next to the straight rod to feel the mass.
+    pub shakes: bool,
+}
+
+impl MassNow {
+    /// A motion that shakes.
+    pub const SHAKES: Self = Self {
+        followed: false,
+        shakes: true,
+    };
+}
+
 /// A moment of a rod bent by its own inertia.
 struct InertiaBend<const N: usize> {
     now: Moment<N>,
@@ -178,19 +195,15 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((0.1 * HIGHEST[0] + (HIGHEST[0] - height).max(0.0)) / speed)
     }
 
-    /// Event functions of the state `at` in the chart `patch`. For a motion that `shakes` only the distance
+    /// Event functions of the state `at` in the chart `patch`. For a motion that shakes only the distance
     /// counts. None if they are undefined.
-    fn beside(
-        &self,
-        (patch, at): (Patch, &Phase<N>),
-        (followed, shakes): (bool, bool),
-    ) -> Option<NearStraight<N>> {
+    fn beside(&self, patch: Patch, at: &Phase<N>, now: MassNow) -> Option<NearStraight<N>> {
         let straight = self.manifold.axial_constraint(0.0)?;
         let point = self.manifold.point_in(patch, &at.q)?;
         let off = point.pose - straight.pose;
         let distance = off.norm();
         let far = distance.max(off.dot(&straight.along).abs() / distance) / FARTHEST - 1.0;
-        if shakes || !(far < 1.0) {
+        if now.shakes || !(far < 1.0) {
             return Some(NearStraight {
                 distance,
                 far,
@@ -200,6 +213,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
                 apart: 0.0,
             });
         }
+        let feels = now.followed;
         let only_across = |v: &SVector<f64, N>| straight.across * v.dot(&straight.across);
         let mut start = Phase {
             q: only_across(&off),
@@ -213,7 +227,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
             ..
         } = self.shifted(&start)?;
         // The chart's motion without the rod's mass has the body's own pull.
-        let (missing, shortening) = if followed {
+        let (missing, shortening) = if feels {
             (missing, shortening)
         } else {
             (0.0, 0.0)
@@ -247,7 +261,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     fn passage(
         &self,
         beside: &NearStraight<N>,
-        (shakes, at_edge): (bool, bool),
+        shakes: bool,
+        at_edge: bool,
         tolerance: f64,
     ) -> MassTreatment<N> {
         let slack = if at_edge { EVENT_TOLERANCE } else { 0.0 };
@@ -320,37 +335,35 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// Distance of the motion from the straight rod, and how the mass of `rod` is to be treated. `followed`:
-    /// the motion feels that mass now. `shakes`: the shaking was too hard for that. `at_edge`: the last step
-    /// was ended at an event of either kind.
+    /// Distance of the motion from the straight rod, and how the mass of `rod` is to be treated. `now` is the
+    /// present treatment. `at_edge`: the last step was ended at an event of either kind.
     pub fn nears_straight(
         &self,
         rod: &'a dyn FirstOrderInertia<N>,
-        (followed, shakes): (bool, bool),
+        now: MassNow,
         at_edge: bool,
     ) -> StraightProximity<N> {
-        let at = (self.patch, self.solver.state());
         let motion = self.with_mass(rod);
-        let beside = motion.beside(at, (followed, shakes));
+        let beside = motion.beside(self.patch, self.solver.state(), now);
         StraightProximity {
             distance: beside.as_ref().map_or(0.0, |beside| beside.distance),
             passage: beside.map_or(MassTreatment::None, |beside| {
-                motion.passage(&beside, (shakes, at_edge), self.tolerance)
+                motion.passage(&beside, now.shakes, at_edge, self.tolerance)
             }),
         }
     }
 
     /// Ends the last step at its first event: entry into the motion next to the straight rod or, for a motion that
-    /// `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and outside it,
+    /// shakes, the end of the shaking. The motions with and without the rod's mass, in the chart and outside it,
     /// differ by more than a tolerance in the same state. So the change must not depend on the ends of steps.
     /// `distance`: from the end of the straight rod at the start of the step. False if the step is unchanged.
     pub fn ends_at_straight(
         &mut self,
         rod: &'a dyn FirstOrderInertia<N>,
-        (followed, shakes): (bool, bool),
+        now: MassNow,
         distance: f64,
     ) -> bool {
-        let goes_on = if shakes {
+        let goes_on = if now.shakes {
             self.stays_near(rod)
         } else {
             !self.comes_near(distance)
@@ -362,8 +375,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let fraction = inside.and_then(|inside| {
             let motion = self.with_mass(rod);
             first_change(inside, PLACES, |at| {
-                let beside = motion.beside((Patch::Global, at), (followed, shakes));
-                beside.map_or(1.0, |beside| beside.room(shakes))
+                let beside = motion.beside(Patch::Global, at, now);
+                beside.map_or(1.0, |beside| beside.room(now.shakes))
             })
         });
         fraction.is_some_and(|fraction| self.end_after(fraction))
@@ -383,7 +396,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     fn stays_near(&self, rod: &'a dyn FirstOrderInertia<N>) -> bool {
         let motion = self.with_mass(rod);
         let well_within = |at: &Phase<N>| {
-            let beside = motion.beside((Patch::Global, at), (false, true));
+            let beside = motion.beside(Patch::Global, at, MassNow::SHAKES);
             beside.is_some_and(|beside| beside.room(true) > WITHIN)
         };
         (self.last.as_ref()).is_some_and(|step| well_within(step.from()) && well_within(step.to()))

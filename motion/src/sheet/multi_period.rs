@@ -84,7 +84,7 @@ impl ErrorScales {
 
 /// Source of the slow field F.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Field {
+enum FieldSource {
     /// Averages over a turn.
     Averaged,
     /// Differences over one turn before and after.
@@ -97,7 +97,7 @@ enum Field {
 pub(super) struct Strides<const N: usize> {
     solver: Dop853<Phase<N>>,
     sizes: ErrorScales,
-    field: Field,
+    field: FieldSource,
 }
 
 impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
@@ -271,10 +271,10 @@ impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
         &self,
         at: &Phase<N>,
         sizes: ErrorScales,
-        field: Field,
+        field: FieldSource,
         cost: &mut Cost,
     ) -> Option<Phase<N>> {
-        if field == Field::Averaged {
+        if field == FieldSource::Averaged {
             cost.evaluations += 1;
             return self.averaged(at, AVERAGED[1]);
         }
@@ -292,7 +292,7 @@ impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
         let [ahead, behind] = both([&zero, &zero])?;
         let mut change = ahead;
         change.axpy(-1.0, &behind);
-        if field == Field::Near {
+        if field == FieldSource::Near {
             let whole = change;
             change.axpy(-0.5, &whole);
             return Some(change);
@@ -326,14 +326,14 @@ impl<const N: usize> Strides<N> {
             };
             sizes.mean_square(&slow, at).sqrt().max(change.t)
         };
-        let mut field = Field::Averaged;
+        let mut field = FieldSource::Averaged;
         let (first, noise) = match turns.averaged(at, AVERAGED[0]) {
             Some(first) => (first, NOISE),
             None => {
-                field = Field::Near;
+                field = FieldSource::Near;
                 let mut first = turns.change_by_turn(at, sizes, field, cost)?;
                 if !(size(&first) < SHORT) {
-                    field = Field::Far;
+                    field = FieldSource::Far;
                     first = turns.change_by_turn(at, sizes, field, cost)?;
                 }
                 (first, NOISE / size(&first))

@@ -6,7 +6,7 @@ use snaprod_systems::body::{EightMotion, PointMass};
 use snaprod_systems::manifold::{Multivalued, Patch};
 use snaprod_systems::math::Row;
 use snaprod_systems::solve::lobatto::{
-    Block, Eightwise, Lobatto, Slopes, Solved, StepFailure, Unsolved, solve,
+    Eightwise, Lobatto, NodeRows, Slopes, Solved, StepFailure, Unsolved, solve,
 };
 
 /// Steps with slopes at eight places at once, and the eightfold motion of the body.
@@ -57,7 +57,7 @@ impl<const N: usize> Eightwise<Phase<N>> for EightMotion<'_, N> {
         }
     }
 
-    fn states(&self, at: &Block) -> [Phase<N>; 8] {
+    fn states(&self, at: &NodeRows) -> [Phase<N>; 8] {
         let vector = |first: usize, i: usize| SVector::from_fn(|k, _| at.0[first + k][i]);
         std::array::from_fn(|i| Phase {
             q: vector(0, i),

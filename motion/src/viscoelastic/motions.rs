@@ -85,17 +85,13 @@ pub fn in_plane<'a>(
 /// As [`ViscousRun::new`].
 pub fn in_space<'a>(
     section: Viscoelastic,
-    (strains, load): (FreeStrains, Option<&DistributedLoad>),
+    strains: FreeStrains,
+    load: Option<&DistributedLoad>,
     carried: &'a Mass,
     start: &ViscousStart<'_, 6, 6>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
-    dispatch(
-        (section, load),
-        strains,
-        carried,
-        StartRun { start, options },
-    )
+    dispatch(section, load, strains, carried, StartRun { start, options })
 }
 
 /// A task on a rod in space, generic in the numbers of its strains (M) and of its end velocities (D).
@@ -115,19 +111,21 @@ pub(super) trait InSpace<'a> {
 
 /// Chooses M and D by strains and joint, and runs the task.
 pub(super) fn dispatch<'a, T: InSpace<'a>>(
-    (section, load): (Viscoelastic, Option<&DistributedLoad>),
+    section: Viscoelastic,
+    load: Option<&DistributedLoad>,
     strains: FreeStrains,
     carried: &'a Mass,
     task: T,
 ) -> Result<T::Output> {
     match carried {
-        Mass::Rigid(body) => with_body::<_, _, 6>((section, load), strains, body, task),
-        Mass::Point(body) => with_body::<_, _, 3>((section, load), strains, body, task),
+        Mass::Rigid(body) => with_body::<_, _, 6>(section, load, strains, body, task),
+        Mass::Point(body) => with_body::<_, _, 3>(section, load, strains, body, task),
     }
 }
 
 fn with_body<'a, B, T: InSpace<'a>, const D: usize>(
-    (section, load): (Viscoelastic, Option<&DistributedLoad>),
+    section: Viscoelastic,
+    load: Option<&DistributedLoad>,
     strains: FreeStrains,
     body: &'a B,
     task: T,

@@ -86,12 +86,12 @@ where
             .map_or_else(|| strains.clone(), |f| field(grid, f));
         let memory = vec![relaxed; system.rod.material.branches().len()];
         let y = system.state(&strains, &memory, &start.velocity);
-        let begun = system.at(&y).ok_or_else(|| {
+        let (configuration, flow) = system.at(&y).ok_or_else(|| {
             Error::domain(
                 "the strains at the start are outside the law's domain, or too large for a shape: give strains that the section admits",
             )
         })?;
-        let first = ViscousSample::new(&system, &y, begun);
+        let first = ViscousSample::new(&system, &y, configuration, flow);
         let moved = system.rod.moved(&first.configuration, &first.flow);
         let missed = (moved - start.velocity).norm();
         // Rates are differences of the parts by stresses and by the wrench, which are large if the viscosity
@@ -167,11 +167,11 @@ where
 
     /// The sample of a state within the last step, or at its end.
     fn sample_of(&self, y: &DVector<f64>) -> Option<ViscousSample<K, M, D>> {
-        let found = match self.integrator.method_now() {
+        let (configuration, flow) = match self.integrator.method_now() {
             Method::Implicit => self.system.reached(y)?,
             _ => self.system.at(y)?,
         };
-        Some(ViscousSample::new(&self.system, y, found))
+        Some(ViscousSample::new(&self.system, y, configuration, flow))
     }
 
     /// Time now.

@@ -37,7 +37,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
     pub(super) fn new<B: EndBody<D, Pose = K::Pose>>(
         system: &ViscousSystem<'_, K, B, M, D>,
         y: &DVector<f64>,
-        (configuration, flow): (Configuration<K::Shape, M, D>, Flow<M, D>),
+        configuration: Configuration<K::Shape, M, D>,
+        flow: Flow<M, D>,
     ) -> Self {
         let pose = system.rod.kinematics.pose(&configuration.shape);
         let velocity = system.velocity(y);

@@ -52,11 +52,12 @@ pub fn small_in_plane(
 /// As [`small_in_plane`].
 pub fn small_in_space(
     section: Viscoelastic,
-    (moving, load): (FreeStrains, Option<&DistributedLoad>),
+    moving: FreeStrains,
+    load: Option<&DistributedLoad>,
     carried: &Mass,
     strains: &dyn Fn(&[f64]) -> Result<Vec<Strain>>,
 ) -> Result<SmallCreep> {
-    dispatch((section, load), moving, carried, Small { strains })
+    dispatch(section, load, moving, carried, Small { strains })
 }
 
 struct Small<'s> {

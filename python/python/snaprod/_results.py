@@ -222,6 +222,22 @@ class Branch(Result):
         """The path of the field that varies."""
         return str(self.summary["parameter"])
 
+    def special(self, label: str, near: float | None = None) -> dict[str, Any]:
+        """Returns a special point by its label, or by its kind and the value of the parameter that it is nearest to.
+
+        ``special("LP1")`` is the first fold, ``special("LP", near=0.4)`` the fold nearest to 0.4. The keys are those
+        of special_points.json: ``parameter``, ``state``, ``precision`` and others.
+        """
+        if near is None:
+            found = [at for at in self.special_points if at["label"] == label]
+        else:
+            of_kind = (at for at in self.special_points if at["label"].startswith(label))
+            found = sorted(of_kind, key=lambda at: abs(at["parameter"] - near))
+        if not found:
+            labels = ", ".join(at["label"] for at in self.special_points)
+            raise KeyError(f"{label}: the branch has {labels or 'no special points'}")
+        return found[0]
+
     @property
     def lost(self) -> list[str]:
         """Branches that exist and were not followed. Each entry says where the branch begins, and why it was lost."""

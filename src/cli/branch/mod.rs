@@ -5,7 +5,7 @@ mod figures;
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{exact, json_text, print, print_json};
 use super::output::{Output, OutputArgs};
-use super::page::{Kind, Page, branch_data, name, scene_text};
+use super::page::{Page, PageKind, branch_data, name, scene_text};
 use super::signals::Signals;
 use super::{Ending, Refusal};
 use clap::Args;
@@ -97,7 +97,7 @@ fn page(args: &BranchArgs, record: &BranchRecord, mut figures: Vec<(String, Stri
     figures.retain(|(name, _)| name != "branch");
     Page {
         name: name(&args.scene),
-        kind: Kind::Branch,
+        kind: PageKind::Branch,
         data: branch_data(record, figures::measure(record).1),
         words: text(record),
         events: Vec::new(),

@@ -22,7 +22,7 @@ pub struct Page {
     /// Name of the scene.
     pub name: String,
     /// Kind of the page.
-    pub kind: Kind,
+    pub kind: PageKind,
     /// Numbers to draw, made by the library.
     pub data: Value,
     /// Report that the program printed.
@@ -44,7 +44,7 @@ const SHARED: [&str; 3] = [
 
 /// The kinds of pages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum PageKind {
     /// A motion that can be played.
     Motion,
     /// Branches and the shapes along them.
@@ -53,7 +53,7 @@ pub enum Kind {
     Sheets,
 }
 
-impl Kind {
+impl PageKind {
     fn scripts(self) -> &'static [&'static str] {
         match self {
             Self::Motion => &[include_str!("player.js"), include_str!("motion.js")],

@@ -4,7 +4,7 @@ pub mod figures;
 
 use super::files::{print, print_json};
 use super::output::{FigureArgs, Output, PrintArgs};
-use super::page::{Kind, Page, sheets_data};
+use super::page::{Page, PageKind, sheets_data};
 use super::signals::Signals;
 use super::{Ending, Refusal};
 use clap::Args;
@@ -92,7 +92,7 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
             }
             Ok(Page {
                 name: "sheets".to_owned(),
-                kind: Kind::Sheets,
+                kind: PageKind::Sheets,
                 data: sheets_data(&record)?,
                 words: String::new(),
                 events: Vec::new(),

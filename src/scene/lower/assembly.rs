@@ -8,8 +8,8 @@ use super::first_order_mass::first_order_rod;
 use super::loads::{acting_on, point_mass};
 use super::rod::rotation;
 use crate::assembly::{
-    Assembly, AssemblyEquilibrium, Attachment, Body, BodyMotion, Configuration, FreeRod, Joint,
-    Link,
+    Assembly, AssemblyEquilibrium, Attachment, Body, BodyMotion, Configuration, FreeRod, Guide,
+    Joint, JointLaw, Link,
 };
 use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
@@ -18,10 +18,12 @@ use crate::math::se3::{halves, join};
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::{LightInSpace, Motion, RodCurve};
 use crate::rod::{DistributedLoad, RodSection, Wrench};
+use crate::scene::read::normal_director;
 use crate::scene::{
-    AssemblyBody, AssemblyRod, AssemblyScene, InitialShape as Shape, LoadAlong, Scales, Scene, Site,
+    AssemblyBody, AssemblyRod, AssemblyScene, InitialShape as Shape, LoadAlong, Scales, Scene,
+    Site, SiteJoint, TurnAxis,
 };
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3, Vector6};
 use std::f64::consts::PI;
 
 /// Lower bound on the tolerance of equilibria.
@@ -65,9 +67,24 @@ impl AssemblySetup {
             Error::domain("this scene has one rod, [rod]; an assembly has [[rod]] and [[body]]")
         })?;
         let scales = scene.scales()?;
+        let normal = given
+            .plane
+            .map(|n| UnitVector3::new_normalize(Vector3::from(n)));
+        let mut ground = given.rods.iter().flat_map(|rod| [&rod.from, &rod.to]);
+        let level = ground.find(|site| site.body.is_none());
+        let level = level.map_or(Vector3::zeros(), |site| {
+            vector(&scales, Quantity::Length, &site.position)
+        });
         let carriers = |gravity: [f64; 3]| {
             let bodies = given.bodies.iter().map(|body| {
                 carrier(body, &scales, gravity)
+                    .map(|carrier| match normal {
+                        Some(n) => {
+                            let turns = carrier.turns();
+                            carrier.guided(Guide::plane(n, n.into_inner() * n.dot(&level), turns))
+                        }
+                        None => carrier,
+                    })
                     .map(|carrier| carrier.named(body.name.clone()))
                     .map_err(|why| why.context(format!("the body {:?}", body.name)))
             });
@@ -80,12 +97,57 @@ impl AssemblySetup {
         let unloaded = matches!(scene.start.place, Shape::Rest { .. });
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
         let mut masses = Vec::new();
+        let mut nodes: Vec<Body> = Vec::new();
         for rod in &given.rods {
-            let own = rod.rod.unclamped()?.measured(scales.measures());
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
-            let from = attachment(given, &rod.from, &scales).map_err(named)?;
-            let to = attachment(given, &rod.to, &scales).map_err(named)?;
-            let joints = (rod.from.joint, rod.to.joint);
+            let bent_about = given.plane.and_then(|n| normal_director(&rod.from, n));
+            let own = match bent_about {
+                Some((k, _)) => rod.rod.in_plane(k).map_err(named)?,
+                None => rod.rod.unclamped()?,
+            };
+            let own = own.measured(scales.measures());
+            // At rest the base of a rod between two ball joints is welded to a node that turns freely. The rod then
+            // bears loads along it, and stands between places on the ground.
+            let sites = [&rod.from, &rod.to];
+            let loaded = sites.iter().all(|site| site.body.is_none())
+                || load_along(rod, gravity, &scales)?.is_some();
+            let turned_base = scene.run.is_none()
+                && sites.iter().all(|site| site.joint == SiteJoint::Ball)
+                && (loaded || given.plane.is_some());
+            let mut placed = |site: &Site, end: &str| -> Result<Attachment> {
+                let on = attachment(given, site, &scales).map_err(named)?;
+                let guide = match (turned_base && end == "base", normal) {
+                    (true, Some(normal)) => {
+                        let axis = rotation(&site.orientation).inverse() * normal;
+                        Some(Guide::new(
+                            on.clone(),
+                            vec![axis],
+                            Vec::new(),
+                            vec![JointLaw::default()],
+                        )?)
+                    }
+                    (true, None) => Some(Guide::ball(on.clone())),
+                    (false, _) => guide(&site.joint, on.clone(), &scales).map_err(named)?,
+                };
+                let Some(guide) = guide else {
+                    return Ok(on);
+                };
+                let name = format!(
+                    "the {} at the {end} of rod {:?}",
+                    site.joint.word(),
+                    rod.name
+                );
+                nodes.push(Body::node(Some(guide))?.named(name));
+                let number = given.bodies.len() + nodes.len() - 1;
+                Ok(Attachment::body(number, Isometry3::identity()))
+            };
+            let (from, to) = (placed(&rod.from, "base")?, placed(&rod.to, "end")?);
+            let base = if turned_base {
+                Joint::Weld
+            } else {
+                rod.from.joint.of_rod()
+            };
+            let joints = (base, rod.to.joint.of_rod());
             // A rod with a ball joint only at its base is reversed in the library.
             let turned = joints == (Joint::Ball, Joint::Weld);
             let link = match joints {
@@ -94,6 +156,7 @@ impl AssemblySetup {
                 _ => Link::reversed(&own, from, to, Joint::Ball).map_err(named)?,
             };
             let thickness = rod.rod.thickness().unwrap_or(0.0);
+            let link = link.bent_about(bent_about.map(|(k, _)| k));
             let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
             let borne = joints == (Joint::Ball, Joint::Ball) || unloaded || falls;
             let load = if heavy.is_some() && borne {
@@ -138,17 +201,30 @@ impl AssemblySetup {
                 turn,
             )))
         });
+        let mut guess: Option<Vec<BodyMotion>> = guess.collect();
+        guess = guess.filter(|guess| !guess.is_empty());
+        if let Some(guess) = &mut guess {
+            for joint in nodes.iter().filter_map(Body::joint) {
+                guess.push(BodyMotion::at_rest(joint.unturned(guess)));
+            }
+        }
         let twists = bodies
             .iter()
             .map(|body| join(&body.angular_velocity.into(), &body.velocity.into()));
+        let mut carried = carriers(if falls { [0.0; 3] } else { pull })?;
+        carried.extend(nodes);
+        let light = match &heavy {
+            Some(_) => Assembly::of_heavy_rods(carried, links)?,
+            None => Assembly::new(carried, links)?,
+        };
         Ok(Self {
-            assembly: Assembly::new(carriers(if falls { [0.0; 3] } else { pull })?, links)?
+            assembly: light
                 .with_names(given.rods.iter().map(|rod| rod.name.clone()).collect())
                 .with_free(free)?
                 .with_light_rods(masses)?,
             scales,
             reversed,
-            guess: guess.collect(),
+            guess,
             twists: twists.collect(),
             unloaded,
             falls,
@@ -173,6 +249,11 @@ impl AssemblySetup {
             )
         })
         }
+    }
+
+    /// Tolerance of equilibria.
+    pub fn equilibrium_tolerance(&self) -> f64 {
+        self.tolerance
     }
 
     /// Moves a floating assembly rigidly so that its first body has the pose of its guess, or lies at the origin. The
@@ -277,7 +358,7 @@ impl AssemblySetup {
         Ok((now, index))
     }
 
-    /// Checks that unloaded rods are at rest and, in loops, meet their attachments.
+    /// Refuses rods that bear loads along the rod, and gaps between rod ends and attachments in loops.
     fn check_loops_close(&self, start: &Configuration) -> Result<()> {
         let points = self
             .assembly
@@ -310,7 +391,7 @@ impl AssemblySetup {
         let (start, index) = self.start()?;
         if let Some(heavy) = &self.heavy {
             let run = self.heavy_motion(heavy, &start, scene, options)?;
-            return Ok((Box::new(run), None));
+            return Ok((run, None));
         }
         let run = AssemblyRun::new(self.assembly.clone(), &start, options)?;
         Ok((Box::new(run), index))
@@ -494,17 +575,67 @@ fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Result<Att
     })
 }
 
+/// The guide of a joint at its attachment, in the library's units; `None` for a weld or ball joint.
+fn guide(joint: &SiteJoint, on: Attachment, scales: &Scales) -> Result<Option<Guide>> {
+    let turn = |of: &TurnAxis| JointLaw {
+        couple: scales.inward(Quantity::Couple, of.couple),
+        stiffness: scales.inward(Quantity::Couple, of.stiffness),
+        rest: of.rest,
+    };
+    let unit = |axis: &[f64; 3]| UnitVector3::new_normalize(Vector3::from(*axis));
+    let slide = |of: &TurnAxis| -> (Vec<UnitVector3<f64>>, Vec<JointLaw>) {
+        let slides: Vec<_> = of.slide.iter().map(unit).collect();
+        let laws = vec![JointLaw::default(); slides.len()];
+        (slides, laws)
+    };
+    Ok(Some(match joint {
+        SiteJoint::Weld | SiteJoint::Ball => return Ok(None),
+        SiteJoint::Hinge(of) => {
+            let (slides, mut laws) = slide(of);
+            laws.insert(0, turn(of));
+            Guide::new(on, vec![unit(&of.axis)], slides, laws)?
+        }
+        SiteJoint::Universal { first, second_axis } => {
+            let second = JointLaw {
+                couple: 0.0,
+                ..turn(first)
+            };
+            // Rounding of the scene's numbers must not make the axes oblique.
+            let a = unit(&first.axis);
+            let b = Vector3::from(*second_axis);
+            let b = UnitVector3::new_normalize(b - a.into_inner() * a.dot(&b));
+            let (slides, mut laws) = slide(first);
+            laws.splice(0..0, [turn(first), second]);
+            Guide::new(on, vec![a, b], slides, laws)?
+        }
+        SiteJoint::Slider(of) | SiteJoint::Roller(of) => {
+            let law = JointLaw {
+                couple: scales.inward(Quantity::Force, of.force),
+                stiffness: scales.inward(Quantity::Distributed, of.stiffness),
+                rest: scales.inward(Quantity::Length, of.rest),
+            };
+            Guide::new(on, Vec::new(), vec![unit(&of.axis)], vec![law])?
+        }
+    }))
+}
+
 /// A body in the library's units.
 fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Body> {
-    let free = free_carrier(&scales.body(body), gravity)?;
+    let body = scales.body(body);
+    let free = free_carrier(&body, gravity)?;
     Ok(match &body.groove {
-        Some(groove) => free.in_groove(groove.curve(scales.length)?),
+        Some(groove) => free.in_groove(groove.curve()?),
         None => free,
     })
 }
 
 fn free_carrier(body: &AssemblyBody, gravity: [f64; 3]) -> Result<Body> {
     let loads = body.loads(gravity);
+    if body.is_massless() {
+        let loads = body.loads([0.0; 3]);
+        let node = RigidBody::new(1.0, Matrix3::identity())?;
+        return acting_on(node, &loads, Vector3::from).map(Body::loaded_node);
+    }
     let Some(extent) = &body.extent else {
         return point_mass(body.mass, &loads, Vector3::from, None).map(Body::point);
     };

@@ -4,7 +4,7 @@ use crate::body::{Frame, History, PointMass, Support};
 use crate::error::{Error, Quantity, Result};
 use crate::motion::full_mass::EndVelocity;
 use crate::scene::{
-    Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Start, Translation,
+    Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Start, Translation, Turn,
 };
 use nalgebra::{Isometry3, SVector, Vector2, Vector3, Vector6};
 
@@ -27,10 +27,20 @@ pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
             .with_translation(direction, history)
             .map_err(named)?;
     }
-    if let Some(turn) = &motion.turn {
-        support = support.with_turning(turn.angle.clone()).map_err(named)?;
+    if let Some(Turn::About { angle, .. }) = &motion.turn {
+        support = smooth(angle)
+            .and_then(|angle| support.with_turning(angle))
+            .map_err(named)?;
     }
     Ok(Some(support))
+}
+
+/// An angle in time; a table as the smooth curve through its rows.
+fn smooth(angle: &History) -> Result<History> {
+    match angle {
+        History::Table(rows) => History::smooth(rows),
+        angle => Ok(angle.clone()),
+    }
 }
 
 /// Frame of the clamp of a planar rod with this body at time `t`.
@@ -85,10 +95,19 @@ pub(super) fn moving_support(place: &Isometry3<f64>, motion: &ClampMotion) -> Re
     for (direction, history) in translations(motion, Vector3::from)? {
         support = support.with_translation(direction, history)?;
     }
-    if let Some(turn) = &motion.turn {
-        support = support.with_turning(&Vector3::from(turn.axis), turn.angle.clone())?;
+    match &motion.turn {
+        None => Ok(support),
+        Some(Turn::About { axis, angle }) => {
+            support.with_turning(&Vector3::from(*axis), smooth(angle)?)
+        }
+        Some(Turn::Vectors { table }) => {
+            let along = |i: usize| {
+                let points: Vec<[f64; 2]> = table.iter().map(|row| [row[0], row[1 + i]]).collect();
+                History::smooth(&points)
+            };
+            support.with_rotation_vector([along(0)?, along(1)?, along(2)?])
+        }
     }
-    Ok(support)
 }
 
 impl Scene {
@@ -168,7 +187,8 @@ impl ClampFrame {
         &self,
         end: &Vector2<f64>,
         plain: &Dimensionless,
-        (about, scales): (&str, &Scales),
+        about: &str,
+        scales: &Scales,
     ) -> (Vector2<f64>, String) {
         let velocity = in_plane(plain.start.velocity);
         let Some(support) = &self.0 else {

@@ -6,7 +6,7 @@ use super::{ModelKind, MotionModel};
 use crate::assembly::{
     Assembly, Attachment, Body, BodyMotion as Held, Configuration, Joint, LightRod, Link,
 };
-use crate::body::{Frame, Groove, Mass, Support};
+use crate::body::{Frame, Mass, Support};
 use crate::error::{Error, Quantity, Result};
 use crate::math::se3::join;
 use crate::motion::assembly::AssemblyRun;
@@ -33,8 +33,6 @@ pub struct ElasticSpace {
     end: Isometry3<f64>,
     /// Contact diameter; 0 if contacts are not sought.
     diameter: f64,
-    /// Groove of the body, in the clamp's frame.
-    groove: Option<Groove>,
     /// True if the run starts from the equilibrium in the groove.
     settled: bool,
     /// Mass of the rod, if its inertia is of first order.
@@ -52,12 +50,8 @@ impl ElasticSpace {
         let measures = scene.scales()?.measures();
         let breaks = scene.cosserat_rod()?.measured(measures).law().breaks();
         let common = SpaceStart::new(scene, breaks)?;
-        let clamp = common.clamp(0.0).pose();
-        let groove = match &scene.body()?.groove {
-            Some(groove) => Some(groove.curve(common.scales.length)?),
-            None => None,
-        };
-        let settled = groove.is_some() && matches!(scene.start.place, InitialShape::Settled { .. });
+        let settled =
+            common.groove.is_some() && matches!(scene.start.place, InitialShape::Settled { .. });
         let (chart, end) = match &common.strain {
             SpaceField::Equilibrium { problem, base, end } => {
                 let mut end = problem.rod().clamp_pose().inv_mul(end);
@@ -90,7 +84,6 @@ impl ElasticSpace {
                 .scales
                 .inward(Quantity::Length, scene.rod.thickness().unwrap_or(0.0)),
             settled,
-            groove: groove.map(|groove| groove.seen_from(&clamp)),
             common,
         };
         if model.settled {
@@ -113,7 +106,8 @@ impl ElasticSpace {
         let (_, start) = self.assembly()?;
         let rod = &self.common.rod;
         equilibrium_field(
-            (rod, self.common.load_outward()),
+            rod,
+            self.common.load_outward(),
             rod.outward_wrench(&start.charts[0]),
         )
     }
@@ -140,7 +134,7 @@ impl ElasticSpace {
         };
         let joint = joint_of(carried);
         let mut carrier = Body::new(carried.clone());
-        if let Some(groove) = &self.groove {
+        if let Some(groove) = &self.common.groove {
             carrier = carrier.in_groove(groove.clone());
         }
         let to = Attachment::body(0, here);

@@ -28,12 +28,21 @@ impl Rod {
             (Some(given), _) => Some(given),
             (None, Some(shape)) => Some(both(shape.second_moments().map(|i| i / shape.area()))),
             (None, None) => {
-                let law = self.unclamped()?.law().clone();
+                let law = self.backbone()?.law().clone();
                 let axial = law.rigid()[2];
                 let tangent = law.free(0.0, &law.unloaded(0.0)?)?.tangent;
                 (!axial).then(|| both([0, 1].map(|k| tangent[(k, k)] / tangent[(5, 5)])))
             }
         })
+    }
+
+    /// [`Rod::rotary_inertia`] in the library's units.
+    ///
+    /// # Errors
+    /// A rod whose section law cannot be made.
+    pub(super) fn rotary_over_unit(&self, scales: &Scales) -> Result<Option<Vector3<f64>>> {
+        let found = self.rotary_inertia()?;
+        Ok(found.map(|rotary| Vector3::from(rotary) / (scales.mass * scales.length)))
     }
 }
 
@@ -42,11 +51,8 @@ impl Rod {
 /// # Errors
 /// A rod whose section law cannot be made.
 fn sections(rod: &Rod, mass: f64, scales: &Scales) -> Result<SectionMass> {
-    let rotary = rod.rotary_inertia()?.unwrap_or_default();
-    Ok(SectionMass {
-        mass,
-        rotary: Vector3::from(rotary) / (scales.mass * scales.length),
-    })
+    let rotary = rod.rotary_over_unit(scales)?.unwrap_or_default();
+    Ok(SectionMass { mass, rotary })
 }
 
 /// The section masses of a rod with first-order inertia, in the library's units; `None` for every other rod.

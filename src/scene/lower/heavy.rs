@@ -7,14 +7,16 @@ use super::loads::point_mass;
 use super::planar::start;
 use super::viscous::CurvatureField;
 use super::{ModelKind, MotionModel};
-use crate::body::{Frame, Groove, Mass, PointMass, Support};
+use crate::body::{Frame, Mass, PointMass, Support};
 use crate::error::{Error, Result};
 use crate::full_mass::assembly::HeavyAssembly;
 use crate::full_mass::frames::Curve;
 use crate::full_mass::law::Law;
 use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::math::se3::join;
-use crate::motion::full_mass::{EndVelocity, HeavyRun, HeavyStart, RodStart, StrainAt};
+use crate::motion::full_mass::{
+    EndVelocity, HeavyRun, HeavyStart, RodStart, StrainAt, heavy_motion,
+};
 use crate::motion::{Motion, Options};
 use crate::rod::DistributedLoad;
 use crate::scene::{
@@ -56,8 +58,6 @@ pub struct HeavySpace {
     pub rate: Option<StrainField>,
     /// True if the run starts from the equilibrium under all loads; without a groove the stable one.
     pub settled: bool,
-    /// Groove of the body, in the clamp's frame.
-    pub groove: Option<Groove>,
     /// Velocity of the end.
     velocity: EndVelocity,
 }
@@ -273,14 +273,7 @@ impl HeavySpace {
         let plain = scene.dimensionless()?;
         let mut common = SpaceStart::new(scene, law.breaks())?;
         let settled = matches!(scene.start.place, InitialShape::Settled { .. });
-        let groove = match &scene.body()?.groove {
-            Some(groove) => {
-                let groove = groove.curve(common.scales.length)?;
-                Some(groove.seen_from(&common.clamp(0.0).pose()))
-            }
-            None => None,
-        };
-        if settled && groove.is_some() {
+        if settled && common.groove.is_some() {
             common.strain = grooved::settled(scene)?;
         }
         let (body, support) = (common.carried.clone(), common.support().cloned());
@@ -312,7 +305,6 @@ impl HeavySpace {
             },
             relaxed: common.relaxed(scene),
             settled,
-            groove,
             velocity: clamp::end_velocity(support.as_ref(), &velocity, &plain),
             common,
         })
@@ -323,7 +315,7 @@ impl HeavySpace {
     /// # Errors
     /// As [`HeavyRod::new`].
     pub fn assembly(&self) -> Result<HeavyAssembly> {
-        match &self.groove {
+        match &self.common.groove {
             None => HeavyAssembly::of_rod(HeavyRod::coarse(self.given.clone())?),
             Some(groove) => self.grooved(groove),
         }
@@ -342,7 +334,7 @@ impl HeavySpace {
             rate: Box::new(|s| self.rate_at(s)),
             velocity: Some(self.velocity),
         };
-        let bodies = self.groove.iter().map(|_| self.body_in_groove());
+        let bodies = self.common.groove.iter().map(|_| self.body_in_groove());
         Ok(HeavyStart {
             bodies: bodies.collect::<Result<_>>()?,
             rods: vec![rod],
@@ -372,19 +364,18 @@ impl HeavySpace {
 
 /// Rotary inertia of the sections per length, about their centres along their directors, in units of the rod.
 fn rotary(rod: &Rod, scales: &Scales) -> Result<Matrix3<f64>> {
-    let found = rod.rotary_inertia()?.ok_or_else(|| {
+    let rotary = rod.rotary_over_unit(scales)?.ok_or_else(|| {
         Error::domain(
             "rod.section_inertia is missing: a rod in space with mass turns its sections, and neither a shape nor an axial stiffness tells \
              their inertia; write section_inertia = [1e-6, 1e-6, 2e-6] (mass per length times the squares of the radii of gyration)",
         )
     })?;
-    let unit = scales.mass * scales.length;
-    let scaled = found.map(|j| j / unit);
-    if scaled.iter().all(|j| j.is_normal() && *j > 0.0) {
-        Ok(Matrix3::from_diagonal(&Vector3::from(scaled)))
+    if rotary.iter().all(|j| j.is_normal() && *j > 0.0) {
+        Ok(Matrix3::from_diagonal(&rotary))
     } else {
+        let given = rod.rotary_inertia()?.unwrap_or_default();
         Err(Error::domain(format!(
-            "rod.section_inertia = {found:?} must be finite and > 0"
+            "rod.section_inertia = {given:?} must be finite and > 0"
         )))
     }
 }
@@ -395,10 +386,8 @@ impl MotionModel for HeavySpace {
     }
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
-        let run = || HeavyRun::new(&self.assembly()?, &self.start()?, options);
-        Ok(Box::new(
-            run().map_err(|e| e.context(self.common.words.as_str()))?,
-        ))
+        let run = || heavy_motion(&self.assembly()?, &self.start()?, options);
+        run().map_err(|e| e.context(self.common.words.as_str()))
     }
 
     fn clamp(&self, t: f64) -> Frame<3> {

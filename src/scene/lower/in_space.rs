@@ -5,7 +5,7 @@ use super::equilibrium_tolerance;
 use super::loads::{acting_on, in_time, point_mass};
 use super::rod::rotation;
 use crate::assembly::{self, Assembly, Attachment, Body, Link};
-use crate::body::{Frame, Mass, RigidBody, Support};
+use crate::body::{Frame, Groove, Mass, RigidBody, Support};
 use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, join};
 use crate::motion::viscoelastic::MOST_NODES;
@@ -20,13 +20,15 @@ use crate::viscoelastic::kinematics::Kinematics;
 use crate::viscoelastic::space::Space;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 
-/// Body, clamp and start of a rod in space. The body is described in the frame of the clamp.
+/// Body, clamp and start of a rod in space. Body and groove are described in the frame of the clamp.
 #[derive(Debug, Clone)]
 pub struct SpaceStart {
     /// The body with its loads.
     pub carried: Mass,
     /// Strains at the start, in the scene's units.
     pub strain: SpaceField,
+    /// Groove of the body.
+    pub groove: Option<Groove>,
     /// Twist (angular velocity, velocity) of the end at the start.
     pub velocity: Vector6<f64>,
     /// Morse index of the equilibrium at the start; `None` if the start is no equilibrium or the index was not
@@ -92,14 +94,15 @@ impl SpaceStart {
         let under = |load: Option<&DistributedLoad>| -> Result<_> {
             let tolerance = equilibrium_tolerance(scene).max(SHAPE_TOLERANCE);
             if settled {
-                let followed = under_followers((&rod, load), &base, (&plain, &scales), tolerance)?;
+                let followed = under_followers(&rod, load, &base, &plain, &scales, tolerance)?;
                 if let Some(followed) = followed {
                     return Ok(Some((followed, None)));
                 }
             }
             match end(scene)? {
                 Some(end) => {
-                    equilibrium((&rod, load), end, scene.guess().as_ref(), tolerance).map(Some)
+                    let guess = scene.guess();
+                    equilibrium(&rod, load, end, guess.as_ref(), tolerance).map(Some)
                 }
                 None => Ok(None),
             }
@@ -140,7 +143,8 @@ impl SpaceStart {
                 )
             }
         };
-        Ok(Self {
+        let mut found = Self {
+            groove: None,
             carried: carried(&plain, &inward, support)?,
             strain,
             velocity,
@@ -150,7 +154,11 @@ impl SpaceStart {
             words,
             rod,
             load,
-        })
+        };
+        if let Some(groove) = &plain.body.groove {
+            found.groove = Some(groove.curve()?.seen_from(&found.clamp(0.0).pose()));
+        }
+        Ok(found)
     }
 
     /// Dead load along the rod in the clamp's frame and units of the rod.
@@ -367,9 +375,11 @@ fn at_rest(scene: &Scene) -> Result<EndConditions> {
 
 /// The equilibrium under the loads at t = 0 if some are follower loads, solved as an assembly of one rod.
 fn under_followers(
-    (rod, load): (&Rod, Option<&DistributedLoad>),
+    rod: &Rod,
+    load: Option<&DistributedLoad>,
     base: &Isometry3<f64>,
-    (plain, scales): (&Dimensionless, &Scales),
+    plain: &Dimensionless,
+    scales: &Scales,
     tolerance: f64,
 ) -> Result<Option<SpaceField>> {
     let Mass::Rigid(body) = in_world(plain)? else {
@@ -394,18 +404,19 @@ fn under_followers(
     let found = Assembly::new(vec![Body::rigid(body)], vec![link])?
         .equilibrium(None, tolerance)
         .map_err(|e| e.context("[start]"))?;
-    equilibrium_field((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)
+    equilibrium_field(rod, load, rod.outward_wrench(&found.now.charts[0])).map(Some)
 }
 
 /// Strain field of the rod under the base wrench `base`, for any support of the end.
 pub(super) fn equilibrium_field(
-    rod: (&Rod, Option<&DistributedLoad>),
+    rod: &Rod,
+    load: Option<&DistributedLoad>,
     base: Wrench,
 ) -> Result<SpaceField> {
     // Only shapes under the base wrench are evaluated. A free end also allows a straight rod, which cannot be held at
     // full reach.
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
-    let problem = loaded_problem(rod, free, SHAPE_TOLERANCE)?;
+    let problem = loaded_problem(rod, load, free, SHAPE_TOLERANCE)?;
     let sections = problem.sections(&base, &[1.0])?;
     let end = sections
         .first()
@@ -420,7 +431,8 @@ pub(super) fn equilibrium_field(
 
 /// Boundary-value problem of a rod, with an optional load along it.
 fn loaded_problem(
-    (rod, load): (&Rod, Option<&DistributedLoad>),
+    rod: &Rod,
+    load: Option<&DistributedLoad>,
     end: EndConditions,
     tolerance: f64,
 ) -> Result<Problem> {
@@ -432,19 +444,20 @@ fn loaded_problem(
 }
 
 fn equilibrium(
-    rod: (&Rod, Option<&DistributedLoad>),
+    rod: &Rod,
+    load: Option<&DistributedLoad>,
     end: EndConditions,
     guess: Option<&Wrench>,
     tolerance: f64,
 ) -> Result<(SpaceField, Option<usize>)> {
     let doing = |e: Error| e.context("[start]");
-    let found = loaded_problem(rod, end, tolerance)
+    let found = loaded_problem(rod, load, end, tolerance)
         .and_then(|problem| problem.solve(guess))
         .map_err(doing)?;
     let field = SpaceField::Equilibrium {
         base: found.base,
         end: found.end.pose(),
-        problem: Box::new(loaded_problem(rod, end, SHAPE_TOLERANCE)?),
+        problem: Box::new(loaded_problem(rod, load, end, SHAPE_TOLERANCE)?),
     };
     Ok((field, Some(found.index)))
 }

@@ -6,6 +6,7 @@ mod elastic_space;
 mod first_order_mass;
 mod grooved;
 mod heavy;
+mod in_plane;
 mod in_space;
 mod loads;
 mod planar;

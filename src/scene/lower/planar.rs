@@ -68,7 +68,7 @@ impl ElasticPlane {
             Some(_) => "[start]",
         };
         let seen = ClampFrame(clamp::planar(&plain.clamp)?);
-        let (velocity, words) = seen.velocity(&end(start.as_ref()), &plain, (about, &scales));
+        let (velocity, words) = seen.velocity(&end(start.as_ref()), &plain, about, &scales);
         Ok(Self {
             body,
             start,

@@ -4,10 +4,10 @@ use super::equilibrium_tolerance;
 use crate::error::{Error, Result};
 use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Barrier, BarrierTerm, Component, Full, InitialShape, Loads, Orientation, Outline, Parameter,
-    Rod as SceneRod, Scene, Section,
+    Barrier, BarrierTerm, Component, Drive, Full, InitialShape, Loads, Orientation, Outline,
+    Parameter, Pull, Rod as SceneRod, Scene, Section, Tendon,
 };
-use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
+use crate::section::{self, Driven, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 impl Scene {
@@ -18,20 +18,50 @@ impl Scene {
     /// the numbers alone.
     pub fn problem(&self) -> Result<Problem> {
         let held = self.end()?;
+        let given = |tendon: &Tendon| matches!(tendon.pull, Pull::Length(_));
+        if self.rod.tendons.iter().any(given) {
+            return Err(Error::domain(
+                "the tension of a tendon of given length is found for one equilibrium alone: write `tension` in place of `length` in [[rod.tendon]]",
+            ));
+        }
         let rod = self.cosserat_rod()?;
         let end = EndConditions {
             position: held.position.map(Component::held),
             orientation: held.orientation.as_ref().map(rotation),
             follower: held.follower,
+            turning: [held.follower_couple, held.follower_force]
+                .map(|load| Vector3::from(load) * held.load),
             ..EndConditions::load(held.applied_force().into(), held.applied_couple().into())
         };
         let problem = Problem::new(rod, end, equilibrium_tolerance(self))?;
         let problem = problem.with_path(self.solve.path);
-        Ok(if self.is_loaded_along() {
+        let problem = if self.is_loaded_along() {
             problem.with_distributed(&self.load_along()?)
         } else {
             problem
+        };
+        Ok(if self.is_followed_along() {
+            let load = self.loads.follower.on(self.rod.length)?;
+            problem.with_follower(&load.mapped(|f| f * self.loads.load))
+        } else {
+            problem
         })
+    }
+
+    /// True for a rod in statics with a load along it that turns with the directors, including one that a branch
+    /// varies from 0.
+    fn is_followed_along(&self) -> bool {
+        !self.loads.follower.is_zero() || self.varies(Parameter::is_follower_along)
+    }
+
+    /// True if a branch varies a parameter of this kind.
+    fn varies(&self, kind: impl Fn(Parameter) -> bool) -> bool {
+        let branch = self.continuation.iter();
+        let mut varied = branch.flat_map(|wanted| {
+            let second = wanted.second.as_ref().map(|second| second.parameter);
+            std::iter::once(wanted.parameter).chain(second)
+        });
+        varied.any(kind)
     }
 
     /// Dead load along a rod: weight and distributed force, times their common factor.
@@ -57,9 +87,7 @@ impl Scene {
     /// # Errors
     /// A rod with friction on a clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).
     pub(in crate::scene) fn light_load(&self) -> Result<Option<DistributedLoad>> {
-        // First-order inertia of the planar rod includes its weight in closed form.
-        let closed = self.is_planar() && self.rod.is_light() && self.loads.distributed.is_zero();
-        if self.rod.is_heavy() || closed {
+        if self.rod.is_heavy() || (self.rod.is_light() && self.stays_in_plane()) {
             return Ok(None);
         }
         let load = (self.loads.distributed).with_weight(&self.rod, self.loads.gravity)?;
@@ -94,12 +122,15 @@ impl Scene {
     /// True for a rod in statics with a load along it, including a load that a branch varies from 0. An invalid load
     /// also counts; its error is reported where it is used.
     pub fn is_loaded_along(&self) -> bool {
-        let branch = self.continuation.iter();
-        let mut varied = branch.flat_map(|wanted| {
-            let second = wanted.second.as_ref().map(|second| second.parameter);
-            std::iter::once(wanted.parameter).chain(second)
-        });
-        self.load_along().map_or(true, |load| !load.is_zero()) || varied.any(Parameter::is_along)
+        let Loads {
+            gravity,
+            distributed,
+            load,
+            ..
+        } = &self.loads;
+        let dead = !matches!(distributed.with_weight(&self.rod, *gravity), Ok(None));
+        let counts = *load != 0.0 || self.varies(Parameter::is_factor_along);
+        dead && counts || self.varies(Parameter::is_along)
     }
 
     /// Initial guess of the base wrench from `[start]`, if any.
@@ -143,6 +174,27 @@ impl SceneRod {
     /// # Errors
     /// As [`Scene::cosserat_rod`].
     pub(in crate::scene) fn unclamped(&self) -> Result<Rod> {
+        match self.tendon_law()? {
+            Some(law) => Rod::new(self.length, law),
+            None => self.backbone(),
+        }
+    }
+
+    /// The rod at the origin without its tendons, in the scene's units.
+    ///
+    /// # Errors
+    /// As [`Scene::cosserat_rod`].
+    pub(in crate::scene) fn backbone(&self) -> Result<Rod> {
+        let rod = self.undriven()?;
+        let Some(Drive { shape, amplitude }) = &self.drive else {
+            return Ok(rod);
+        };
+        let law = Driven::new(rod.law().clone(), shape.clone(), *amplitude, self.length)?;
+        Rod::new(self.length, law)
+    }
+
+    /// The rod at the origin, without tendons and without driven rest strains.
+    fn undriven(&self) -> Result<Rod> {
         let length = self.length;
         match &self.section {
             Section::Bending(_) => Err(Error::domain(
@@ -159,6 +211,18 @@ impl SceneRod {
             Section::Profile(profile) => self.with_rest_strains(profile.law()?),
             Section::Outline(outline) => self.with_rest_strains(self.profile(outline)?.law()?),
             Section::Barrier(law) => self.barrier(law),
+        }
+    }
+
+    /// Linear section law of a matrix, or of a shape and a material.
+    pub(super) fn linear(&self) -> Result<Linear> {
+        match &self.section {
+            Section::Full(law) => full(law),
+            Section::Profile(profile) => profile.law(),
+            Section::Outline(outline) => self.profile(outline)?.law(),
+            Section::Bending(_) | Section::Diagonal(_) | Section::Barrier(_) => Err(Error::domain(
+                "rod.section: not a matrix of stiffnesses, and not a shape",
+            )),
         }
     }
 

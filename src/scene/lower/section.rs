@@ -32,7 +32,7 @@ impl Rod {
         };
         let elastic: Arc<dyn SectionLaw> = match bending {
             Some(bending) => Arc::new(Linear::diagonal([bending; 2], bending)?),
-            None => self.unclamped()?.law().clone(),
+            None => self.backbone()?.law().clone(),
         };
         let given = |matrix: &StrainMatrix| match bending {
             Some(bending) => matrix.in_plane(bending),
@@ -45,7 +45,11 @@ impl Rod {
         let rate = damping
             .law(&elastic)
             .map_err(|e| e.context("rod.damping"))?;
-        let mut law = Viscoelastic::new(elastic.clone(), rate)?;
+        let stored: Arc<dyn SectionLaw> = match self.tendons.as_slice() {
+            [] => elastic.clone(),
+            _ => Arc::new(self.with_tendons(elastic.clone())?),
+        };
+        let mut law = Viscoelastic::new(stored, rate)?;
         for (i, branch) in self.relaxation.iter().enumerate() {
             let branch = Maxwell {
                 modulus: given(&branch.modulus),

@@ -75,8 +75,8 @@ impl MotionModel for ViscousSpace {
         };
         let section = self.section.law_in_units(measures);
         let load = self.common.load();
-        let rod = (self.strains, load.as_ref());
-        in_space(section, rod, &self.common.carried, &start, options)
+        let body = &self.common.carried;
+        in_space(section, self.strains, load.as_ref(), body, &start, options)
             .map_err(|e| e.context(self.common.words.as_str()))
     }
 

@@ -147,7 +147,7 @@ impl ViscousPlane {
         };
         let relaxed = CurvatureField::relaxed(&plain.start.relaxed)?;
         let seen = ClampFrame(clamp::planar(&plain.clamp)?);
-        let (velocity, words) = seen.velocity(&strain.end(), &plain, ("[start]", &scales));
+        let (velocity, words) = seen.velocity(&strain.end(), &plain, "[start]", &scales);
         Ok(Self {
             body: body(&plain)?,
             material: Material::new(law, [BENDING])?.under(load),

@@ -1,10 +1,11 @@
 //! Reader of assemblies: `[[rod]]`, `[[body]]` and their common tables.
 
 use super::branch::continuation;
-use super::ends::{inertia, orientation};
+use super::ends::{direction, inertia, orientation};
 use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
 use super::groove::groove;
-use super::loads::{distributed, load, loads};
+use super::loads::{load, loads, spread};
+use super::plane::lies_in_plane;
 use super::ranges::MOMENT;
 use super::rod::{RodTraits, rod};
 use super::rod_end::{BodyTraits, has_free_end, site};
@@ -12,11 +13,11 @@ use super::run::{run, solve};
 use super::scene::{default, part, units};
 use super::solid::{Matter, has_extent, matter};
 use super::table::{Absent, Table};
-use crate::assembly::Joint;
 use crate::scene::lower::heavy_in_space;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Force, FreeRod, Guess,
-    InitialShape, Load, LoadAlong, Loads, Rod, Scene, SceneKind, Site, Solve, Start, Straight,
+    InitialShape, Load, LoadAlong, Loads, Rod, Scene, SceneKind, Site, SiteJoint, Solve, Start,
+    Straight,
 };
 
 /// A rod as read. A rod held at both ends also has the attachment of its end and the load along it.
@@ -31,7 +32,15 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         &ROD,
         "name = \"left\", model = \"cosserat\", ...",
     );
-    let body_tables = tables(top, "body", &BODY, "name = \"m\" and mass = 1.0");
+    let full = rod_tables
+        .iter()
+        .flatten()
+        .any(|rod| RodTraits::of(rod).heavy);
+    let body_tables = if top.has("body") || top.has("run") && !full {
+        tables(top, "body", &BODY, "name = \"m\" and mass = 1.0")
+    } else {
+        Some(Vec::new())
+    };
     // One rod stands for all: differences between rods are reported separately.
     let memory = rod_tables.iter().flatten().next().map(RodTraits::of);
     let run = match part(top, &RUN) {
@@ -40,16 +49,24 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         None => None,
     };
     let motion = top.has("run");
+    let plane = if top.has("plane") {
+        direction(top, "plane").map(Some)
+    } else {
+        Some(None)
+    };
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
-        loads(table, None, (false, None))
+        loads(table, None, false, None)
     });
     let solve = default(part(top, &SOLVE), Solve::default(), solve);
     let bodies = body_tables.as_deref().map(|tables| {
         let names = names(tables, "body");
         let read = tables.iter().zip(&names);
-        let read = read.map(|(table, name)| body(table, name.clone(), motion));
+        let read = read.map(|(table, name)| body(table, name.clone(), motion, full));
         let list: Vec<Option<AssemblyBody>> = read.collect();
-        let points = tables.iter().map(|table| !has_extent(table)).collect();
+        let points = tables
+            .iter()
+            .map(|table| is_point(table, motion, full))
+            .collect();
         (list, BodyTraits { names, points })
     });
     if let Some(tables) = &body_tables {
@@ -62,7 +79,8 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         };
         let known = bodies.as_ref().map_or(&none, |(_, known)| known);
         let read = tables.iter().zip(names(tables, "rod"));
-        let read = read.map(|(table, name)| one_rod(table, name, known, bodies.is_some(), motion));
+        let kind = (motion, top.has("plane"));
+        let read = read.map(|(table, name)| one_rod(table, name, known, bodies.is_some(), kind));
         read.collect::<Vec<Option<AnyRod>>>()
     });
     let start = default(part(top, &START), settled(), |table| {
@@ -103,15 +121,26 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         bodies.and_then(|(bodies, _)| bodies.into_iter().collect());
     let ((rods, free), bodies) = (rods?, bodies?);
     if rods.is_empty()
+        && !full
         && let Some(table) = rod_tables.iter().flatten().next()
     {
         let hint = "write to = { body = \"...\" } or to = { position = [...] } in a [[rod]]";
         let allowed = "on a body or on the ground, of one rod at least: an assembly is what such rods hold together";
         return table.refuse(FaultKind::Conflict, "to", allowed, hint);
     }
+    let mut given = AssemblyScene {
+        plane: plane?,
+        rods,
+        free,
+        bodies,
+    };
+    if motion {
+        given.fill_massless();
+    }
+    let first = given.every_rod().next()?.clone();
     let mut scene = Scene {
         units: units?,
-        rod: rods.first()?.rod.clone(),
+        rod: first,
         clamp: Clamp::default(),
         body: None,
         end: None,
@@ -120,7 +149,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         run: run?,
         solve: solve?,
         continuation: None,
-        kind: SceneKind::Assembly(AssemblyScene { rods, free, bodies }),
+        kind: SceneKind::Assembly(given),
     };
     let follow = default(part(top, &CONTINUE), None, |table| {
         if motion {
@@ -149,6 +178,10 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
             let hint = format!("the mass is not followed to first order: {why}");
             return table.refuse(FaultKind::Conflict, "inertia", "\"none\" here", hint);
         }
+    }
+    let lists = (tables, body_tables.as_deref().unwrap_or_default());
+    if !(scene.assembly()).is_some_and(|given| lies_in_plane(top, lists, &scene, given)) {
+        return None;
     }
     scene.choose_inertia();
     can_be_built(top, &rod_tables?, &scene).then_some(scene)
@@ -210,19 +243,38 @@ fn names(tables: &[Table], of: &str) -> Vec<Option<String>> {
     names
 }
 
-fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBody> {
+/// True for a node: a body without mass and inertia, at rest or where all rods have their mass.
+fn is_node(table: &Table, motion: bool, full: bool) -> bool {
+    let massless = !table.has("mass") || is_massless(table);
+    massless && !has_extent(table) && (!motion || full)
+}
+
+/// True for a point mass.
+fn is_point(table: &Table, motion: bool, full: bool) -> bool {
+    !has_extent(table) && !is_node(table, motion, full)
+}
+
+fn body(table: &Table, name: Option<String>, motion: bool, full: bool) -> Option<AssemblyBody> {
     let allowed =
         "an array of three finite numbers > 0, about the axes of the body; or three rows of three";
+    let (is_node, is_point) = (is_node(table, motion, full), is_point(table, motion, full));
     let Matter {
         mass,
         inertia: moments,
-    } = matter(table, || {
-        table.maybe("inertia", |field, value| {
-            inertia(table.reader, field, value, allowed, &MOMENT)
+    } = if is_node {
+        Matter {
+            mass: Some(0.0),
+            inertia: Some(Some([[0.0; 3]; 3])),
+        }
+    } else {
+        matter(table, || {
+            table.maybe("inertia", |field, value| {
+                inertia(table.reader, field, value, allowed, &MOMENT)
+            })
         })
-    });
+    };
     let (offset, rotor) = (table.vector("offset"), table.vector("rotor"));
-    let rigid = Some(has_extent(table));
+    let rigid = Some(!is_point);
     let (force, couple) = (load(table, "force", rigid), load(table, "couple", rigid));
     let (drag, rotational_drag) = (table.number("drag"), table.number("rotational_drag"));
     let velocity = table.vector("velocity");
@@ -251,7 +303,26 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
             }
         }
     }
-    if !has_extent(table) {
+    if mass == Some(0.0) && !is_node {
+        let hint = "without mass its rods hold nothing: give it a mass, or all rods inertia = \"full\" and a mass of their own";
+        if has_extent(table) {
+            refuse(
+                &["inertia", "solid"],
+                "left out of a body without mass",
+                "a body of mass 0 is a node of the rods that it joins: give it a mass, or leave this out",
+            );
+        } else {
+            refuse(&["mass"], "a finite number > 0 here", hint);
+        }
+    }
+    if is_node {
+        refuse(
+            &["offset", "rotor", "groove"],
+            "left out of a node, a body without mass and inertia",
+            "a node only joins rods and bears loads; a body has mass and inertia",
+        );
+    }
+    if is_point {
         refuse(
             &[
                 "offset",
@@ -304,6 +375,16 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
     fits.then_some(body)
 }
 
+/// True for a body of mass 0.
+fn is_massless(table: &Table) -> bool {
+    let zero = |value: &toml::Spanned<toml::de::DeValue>| match value.get_ref() {
+        toml::de::DeValue::Float(x) => x.as_str().parse() == Ok(0.0),
+        toml::de::DeValue::Integer(x) => x.as_str() == "0",
+        _ => false,
+    };
+    table.get("mass").is_some_and(zero)
+}
+
 /// Reports the bodies without a guess if other bodies have one.
 fn guesses_are_whole(tables: &[Table]) {
     if !tables.iter().any(|table| table.has("guess")) {
@@ -320,11 +401,11 @@ fn one_rod(
     name: Option<String>,
     bodies: &BodyTraits,
     bodies_known: bool,
-    moves: bool,
+    (moves, flat): (bool, bool),
 ) -> Option<AnyRod> {
     let rod = rod(table).rod();
     let length = rod.as_ref().map(|rod| rod.length);
-    let distributed = distributed(table, length);
+    let distributed = spread(table, "distributed", length);
     if has_free_end(table) {
         let from = site(table, "from", bodies, bodies_known, moves);
         return Some((free_rod(table, name, rod, from?)?, None));
@@ -335,19 +416,43 @@ fn one_rod(
     );
     let (from, to) = (from?, to?);
     let kind = FaultKind::Conflict;
-    if from.body == to.body {
-        let (allowed, hint) = match &from.body {
-            Some(name) => (
-                "on another body than `from`, or on the ground",
-                format!("the rod begins and ends on {name:?}"),
-            ),
-            None => (
-                "on a body, where `from` is on the ground",
-                "a rod from the ground to the ground is a scene of its own, [rod] and [end]"
-                    .to_owned(),
-            ),
-        };
+    if let Some(name) = from.body.as_ref().filter(|_| from.body == to.body) {
+        let allowed = "on another body than `from`, or on the ground";
+        let hint = format!("the rod begins and ends on {name:?}");
         return table.refuse(kind, "to", allowed, hint);
+    }
+    if moves && from.body.is_none() && to.body.is_none() {
+        let allowed = "on a body, where `from` is on the ground, in a scene with [run]";
+        let hint = "a rod that joins no body moves nothing; without [run] its equilibrium is found";
+        return table.refuse(kind, "to", allowed, hint);
+    }
+    if !flat
+        && table
+            .get("model")
+            .is_some_and(|model| model.get_ref().as_str() == Some("elastica"))
+    {
+        let hint = "write `plane = [0.0, 1.0, 0.0]`, its normal, at the top of the file";
+        return table.refuse(
+            kind,
+            "model",
+            "\"cosserat\" without plane: an elastica bends in a plane",
+            hint,
+        );
+    }
+    for (name, site) in [("from", &from), ("to", &to)].into_iter().filter(|_| moves) {
+        if site.joint.is_guided() {
+            let inner = table.inner(name, &SITE)?;
+            let hint = format!(
+                "a {} is for scenes at rest so far, without [run]; a motion has welds and ball joints",
+                site.joint.word()
+            );
+            return inner.refuse(
+                kind,
+                "joint",
+                "\"weld\" or \"ball\" in a scene with [run]",
+                hint,
+            );
+        }
     }
     let rod = FreeRod {
         name: name?,
@@ -361,8 +466,8 @@ fn one_rod(
 /// undetermined.
 fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -> Option<FreeRod> {
     let kind = FaultKind::Conflict;
-    if from.joint == Joint::Ball {
-        let hint = "nothing loads a rod with a free end: on a ball joint it would turn as it likes; a weld holds it";
+    if from.joint != SiteJoint::Weld {
+        let hint = "nothing loads a rod with a free end: on a joint it would turn as it likes; a weld holds it";
         let at = table.inner("from", &SITE)?;
         return at.refuse(
             kind,

@@ -55,6 +55,8 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         section: Section::Bending(0.0),
         rest: Rest::default(),
         damping: None,
+        drive: None,
+        tendons: Vec::new(),
         relaxation: Vec::new(),
         nodes: None,
         contact_diameter: None,

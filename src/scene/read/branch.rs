@@ -3,7 +3,7 @@
 use super::ends::{REACH, out_of_reach};
 use super::fields::SECOND;
 use super::phrases::{Short, nearest};
-use super::ranges::{SIZE, VALUE};
+use super::ranges::{NON_NEGATIVE, SIZE, VALUE};
 use super::table::{Absent, Table};
 use crate::scene::{Continue, FaultKind, Parameter, Scene, Second};
 
@@ -108,6 +108,7 @@ fn numbered(path: &str, scene: &Scene) -> String {
 fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> Option<(f64, f64)> {
     let rule = match parameter {
         Some(parameter) if parameter.is_positive() => &SIZE,
+        Some(parameter) if parameter.is_non_negative() => &NON_NEGATIVE,
         _ => &VALUE,
     };
     let number = |field: &str, value: &_| table.reader.number(field, value, rule);

@@ -120,8 +120,8 @@ pub fn reference() -> String {
          field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies; B, bars with mass in\n\
          longitudinal motion, `rod.model = \"bar\"`.\n\n\
          Tables `[[rod]]` and `[[body]]`, with two brackets, make an assembly: several rods and bodies in space. Each rod joins\n\
-         the ground or a body to another body. An assembly is at rest or, with `[run]`, in motion. `[[rod]]` has the fields of\n\
-         `[rod]`, and also name, from and to.\n\n\
+         two places, on bodies or on the ground; in a motion one of them is on a body. An assembly is at rest or, with `[run]`,\n\
+         in motion. `[[rod]]` has the fields of `[rod]`, and also name, from and to.\n\n\
          Quantities are in any consistent system of units; the units given here are those of `units = \"si\"`. Vectors have two\n\
          components in the plane and three in space. In the plane the rod leaves the clamp along +x. In space the rod has\n\
          directors d1, d2, d3 and leaves along d3; `bending[0]` is the stiffness about d1. The command line can replace any\n\

@@ -7,7 +7,7 @@ use super::phrases::Short;
 use super::ranges::{FINITE, MOMENT, Rule, VALUE};
 use super::reader::Reader;
 use super::solid::{Matter, has_extent, is_of_a_body, matter};
-use super::table::{Absent, Table};
+use super::table::{Absent, Alternative, MissingField, Table};
 use crate::scene::{
     Body, Clamp, ClampMotion, Component, End, FaultKind, History, Joint, Orientation, Rotation,
     Scene, Sine, Translation, Turn,
@@ -98,27 +98,75 @@ pub(super) fn check_increasing(
 
 fn turn(table: &Table) -> Option<Option<Turn>> {
     let reader = table.reader;
-    let allowed = "a table such as { rate = 1.0 } or { amplitude = 0.1, frequency = 2.0 }";
+    let allowed = "a table such as { rate = 1.0 }, { amplitude = 0.1, frequency = 2.0 } or { table = [[0.0, 0.0], [1.0, 0.5]] }";
     table.maybe("turn", |field, value| {
         let table = reader.table(field, value, &TURN, allowed)?;
-        let axis = match reader.kind.get() {
-            PLANE => Some([0.0, 0.0, 1.0]),
-            _ => direction(&table, "axis"),
+        let planar = reader.kind.get() == PLANE;
+        let rows = if table.has("table") {
+            turn_rows(&table, planar)?
+        } else {
+            Vec::new()
         };
-        let rate = table.optional("rate");
-        let angle = match rate? {
-            Some(rate) => {
-                let clash = table.given(&["amplitude", "frequency", "phase"]);
-                if !clash.is_empty() {
-                    let hint = "a constant rate, or a sine: keep one of the two";
-                    table.conflict("rate", &clash, hint);
-                    return None;
-                }
-                History::Rate { rate }
-            }
-            None => History::Sine(sine(&table)?),
+        if let [[_, _, rest @ ..], ..] = rows.iter().map(Vec::as_slice).collect::<Vec<_>>()[..]
+            && !rest.is_empty()
+        {
+            table.conflict(
+                "axis",
+                &["table"],
+                "a rotation vector has its own axis; leave it out",
+            );
+            let rows = rows.iter().map(|row| [row[0], row[1], row[2], row[3]]);
+            let table = rows.collect();
+            return Some(Turn::Vectors { table });
+        }
+        let axis = if planar {
+            Some([0.0, 0.0, 1.0])
+        } else {
+            direction(&table, "axis")
         };
-        Some(Turn { axis: axis?, angle })
+        let clash = |name: &str| {
+            let others = ["rate", "amplitude", "frequency", "phase"];
+            let clash = table.given(&others.map(|other| if other == name { "" } else { other }));
+            table.conflict(
+                name,
+                &clash,
+                "a constant rate, a sine or a table: keep one of them",
+            );
+            clash.is_empty()
+        };
+        let rate = table.optional("rate")?;
+        let angle = if table.has("table") {
+            let rows = rows.iter().map(|row| [row[0], row[1]]).collect();
+            clash("table").then_some(History::Table(rows))?
+        } else if let Some(rate) = rate {
+            clash("rate").then_some(History::Rate { rate })?
+        } else {
+            History::Sine(sine(&table)?)
+        };
+        Some(Turn::About { axis: axis?, angle })
+    })
+}
+
+/// Reads the table of a turn: rows of angles about an axis, or of rotation vectors.
+fn turn_rows(table: &Table, planar: bool) -> Option<Vec<Vec<f64>>> {
+    let reader = table.reader;
+    let words = if planar {
+        "an array of rows [t, angle] of growing times, in radians"
+    } else {
+        "an array of rows of growing times: [t, angle] about `axis`, or [t, x, y, z] with rotation vectors, in radians"
+    };
+    table.read("table", words, Absent::Fault, |field, value| {
+        let row = |field: &str, value| reader.numbers(field, value, words, &FINITE);
+        let rows = reader.all(field, value, words, &row)?;
+        let size = rows.first().map_or(0, Vec::len);
+        let known = size == 2 || (size == 4 && !planar);
+        if let Some(odd) = rows.iter().find(|row| row.len() != size || !known) {
+            let hint = format!("a row has {} elements", odd.len());
+            return reader.refuse(FaultKind::Value, field, value, words, hint);
+        }
+        let times: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+        check_increasing(reader, field, value, &times)?;
+        Some(rows)
     })
 }
 
@@ -296,14 +344,20 @@ fn rotation<'a>(
     let angle = table.optional("angle");
     let degrees = table.optional("angle_degrees");
     let angle = table.either(
-        ("angle", angle),
-        ("angle_degrees", degrees.map(|x| x.map(f64::to_radians))),
+        Alternative {
+            name: "angle",
+            value: angle,
+        },
+        Alternative {
+            name: "angle_degrees",
+            value: degrees.map(|x| x.map(f64::to_radians)),
+        },
         "keep one of them",
-        (
-            "angle",
-            "an angle in radians; or angle_degrees",
-            "angle = 0.5",
-        ),
+        &MissingField {
+            name: "angle",
+            allowed: "an angle in radians; or angle_degrees",
+            example: "angle = 0.5",
+        },
     );
     Some(Rotation {
         axis: axis?,
@@ -340,6 +394,7 @@ pub(super) fn end(table: &Table) -> Option<End> {
     let couple = table.vector("couple");
     let load = table.number("load");
     let follower = table.flag("follower");
+    let turning = ["follower_force", "follower_couple"].map(|name| table.vector(name));
     let (position, orientation) = match table.get("pose") {
         None => (
             position(table, Absent::Or([Component::Free; 3])),
@@ -354,14 +409,16 @@ pub(super) fn end(table: &Table) -> Option<End> {
         couple: couple?,
         load: load?,
         follower: follower?,
+        follower_force: turning[0]?,
+        follower_couple: turning[1]?,
     };
     loads_are_free(table, &end).then_some(end)
 }
 
-type Place = (Option<[Component; 3]>, Option<Option<Orientation>>);
+type GivenPose = (Option<[Component; 3]>, Option<Option<Orientation>>);
 
 /// Reads position and orientation from one table; both are required.
-fn pose<'a>(table: &Table<'a>, value: &'a Spanned<DeValue<'a>>) -> Option<Place> {
+fn pose<'a>(table: &Table<'a>, value: &'a Spanned<DeValue<'a>>) -> Option<GivenPose> {
     let outside = table.given(&["position", "quaternion", "rotation"]);
     for name in &outside {
         table.conflict(name, &["pose"], "write it once, inside or outside of pose");
@@ -432,6 +489,19 @@ fn loads_are_free(table: &Table, end: &End) -> bool {
                 element("couple", i),
                 allowed,
                 hint,
+            );
+        }
+    }
+    for (name, load) in [
+        ("follower_force", end.follower_force),
+        ("follower_couple", end.follower_couple),
+    ] {
+        if load != [0.0; 3] && (end.follower || !end.is_loaded()) {
+            refuse(
+                format!("end.{name}"),
+                table.get(name),
+                "0, or left out, where something of the end is held or `follower` is true",
+                "it turns with an end that is free; `follower = true` is for force and couple together",
             );
         }
     }

@@ -36,9 +36,10 @@ pub(super) static TOP: Spec = Spec {
             "The system of units, for labels: it changes no number. \"si\": metre, kilogram, second. Any consistent system will do."),
         field("rod", ONE | BAR, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
         field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]."),
+        field("plane", ASSEMBLY, Vector(&VALUE), "", No, "Normal of a plane in which bodies and rods stay, at rest: bodies move in the plane and turn about its normal, rods bend about it, a ball joint is a hinge, and the index counts what the plane allows. Without it the assembly is in space."),
         field("clamp", ONE, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
         field("body", MOTION, Table(&BODY), "", Yes("mass = 1.0"), "The body at the end of the rod, s = length, in a scene of motion."),
-        field("body", ASSEMBLY, Array(&Table(&BODY)), "", Yes("[[body]]"), "The bodies of an assembly, each a table [[body]]; no rod is attached to a body that is not listed."),
+        field("body", ASSEMBLY, Array(&Table(&BODY)), "", No, "The bodies of an assembly, each a table [[body]]; no rod is attached to a body that is not listed. May be left out at rest, and in a motion of rods with inertia = \"full\"."),
         field("body", BAR, Table(&BODY), "", No, "A heavy mass at the end X = length of a bar, which is then free to move."),
         field("end", STATICS, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
         field("start", PLANE, Table(&START), "", Yes("lambda = 6.3"), "Shape of the rod at the start, and velocity of its end."),
@@ -74,7 +75,9 @@ pub(super) static ROD: Spec = Spec {
         field("name", ASSEMBLY, Name, "", Yes("name = \"left\""), "The name of the rod, letters, digits, - and _; each rod has another."),
         field("model", PLANE, Word(&["elastica"]), "", Yes("model = \"elastica\""),
             "The planar elastica: it bends in the plane, and neither shears nor stretches. \"cosserat\" is a rod in space."),
-        field("model", IN_SPACE, Word(&["cosserat"]), "", Yes("model = \"cosserat\""),
+        field("model", ASSEMBLY, Word(&["cosserat", "elastica"]), "", Yes("model = \"cosserat\""),
+            "The Cosserat rod in space: it bends, twists, shears and stretches. \"elastica\", in an assembly in a plane, is a rod that bends alone."),
+        field("model", ONE_IN_SPACE, Word(&["cosserat"]), "", Yes("model = \"cosserat\""),
             "The Cosserat rod in space: it bends, twists, shears and stretches. \"elastica\" is a rod in the plane."),
         field("model", BAR, Word(&["bar"]), "", Yes("model = \"bar\""),
             "A bar with mass in longitudinal motion, with waves and shocks. \"elastica\" and \"cosserat\" are rods that bend and have no mass."),
@@ -82,6 +85,7 @@ pub(super) static ROD: Spec = Spec {
         field("length", IN_SPACE, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
         field("bending_stiffness", PLANE, Number(&SIZE), "N m²", Yes("bending_stiffness = 1.0"),
             "Bending stiffness EI, or material and section in its place; with Maxwell branches that of the rod after a long time."),
+        field("bending_stiffness", ASSEMBLY, Number(&SIZE), "N m²", No, "Bending stiffness EI of model = \"elastica\", in place of a section."),
         field("material", ANY, OneOf(&[Word(&["steel", "aluminium", "nitinol", "PET", "silicone"]), Table(&MATERIAL)]), "", No,
             "What the rod is made of, by name or by its constants; the section says its shape. A name stands for (E in Pa, nu, density in kg/m³): \
              steel (200e9, 0.30, 7850), aluminium (70e9, 0.33, 2700), nitinol (austenite; 75e9, 0.33, 6450), PET (2.8e9, 0.40, 1380), silicone (1e6, 0.49, 1100)."),
@@ -90,6 +94,8 @@ pub(super) static ROD: Spec = Spec {
         field("bends", PLANE, Word(&["weak", "strong"]), "", Or("\"weak\""),
             "Which way a rectangle bends in the plane: \"weak\", about its longer side (a strip lies flat), or \"strong\"."),
         field("rest", IN_SPACE, Table(&REST_STRAINS), "", No, "Strains of the unloaded rod; without it, straight and untwisted."),
+        field("drive", STATICS, Table(&DRIVE), "", No, "What muscles, heat or swelling add to the strains of the unloaded rod: shapes along the rod times an amplitude."),
+        field("tendon", IN_SPACE, Array(&Table(&TENDON)), "", No, "Frictionless tendons through the sections, each a table [[rod.tendon]], at most 16 (docs/rods.md)."),
         field("damping", PLANE, OneOf(&[Number(&ETA), Table(&DAMPING)]), "N m² s", No,
             "Internal friction: the viscosity eta of the couple EI theta' + eta theta'_t, or a table; without it, or 0, the rod is elastic."),
         field("damping", SPACE | ASSEMBLY, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", No,
@@ -118,6 +124,7 @@ pub(super) static ROD: Spec = Spec {
         field("to", ASSEMBLY, OneOf(&[Word(&["free"]), Table(&SITE)]), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where; \"free\": nothing. A rod with a free end is written after the others. Without mass and load it keeps its rest shape, rides on its base, which is welded, and bears no force (with inertia = \"full\" it bends under its own mass); contacts of it are not looked for."),
     ],
     barred: &[
+        (SPACE | ASSEMBLY, "drive", "driven rest strains are for statics of one rod, [rod] and [end]"),
         (STATICS, "damping", RATES), (STATICS, "relaxation", RATES), (STATICS, "nodes", RATES),
     ],
 };
@@ -138,7 +145,14 @@ pub(super) static SITE: Spec = spec("site", &[
     field("position", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Place of the attachment: in the frame of the body, or in the world."),
     field("quaternion", ASSEMBLY, Numbers(4), "", No, "Directors of the attachment in the same frame, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
     field("rotation", ASSEMBLY, Table(&ROTATION), "", No, "Directors of the attachment, by axis and angle."),
-    field("joint", ASSEMBLY, Word(&["weld", "ball"]), "", Or("\"weld\""), "Whether the rod's directors turn with the attachment, or the rod is free to turn there. A point mass turns nothing: a rod that ends on one needs no joint and is free to turn, whatever is the default elsewhere. Between two ball joints it is a spring along its chord, and spins about it freely, which its own mass alone feels."),
+    field("joint", ASSEMBLY, Word(&["weld", "ball", "hinge", "universal", "slider", "roller"]), "", Or("\"weld\""), "What holds the rod's end there. \"weld\": its directors turn with the attachment. \"ball\": it is free to turn. \"hinge\": it turns about `axis` alone. \"universal\": about `axis`, which stays with the attachment, and about `second_axis`, which stays with the rod; with the normal of a plane and d1 this is a fork, which bends freely and holds the twist. \"slider\": it slides along `axis` without a turn. \"roller\": it slides along `axis` and is free to turn. A point mass turns nothing: a rod that ends on one needs no joint and is free to turn, whatever is the default elsewhere. Between two ball joints it is a spring along its chord, and spins about it freely, which its own mass alone feels."),
+    field("axis", ASSEMBLY, Vector(&VALUE), "", No, "Free axis of a hinge, first axis of a universal joint, direction of a slider or roller: along the directors of the attachment, not 0, of any length."),
+    field("second_axis", ASSEMBLY, Vector(&VALUE), "", No, "Second axis of a universal joint, across the first: along the directors of the attachment where the joint is not turned."),
+    field("slide", ASSEMBLY, Vector(&VALUE), "", No, "Direction along which a hinge or universal joint also slides, without force; along the directors of the attachment, not 0."),
+    field("couple", ASSEMBLY, Number(&VALUE), "N m", Or("0.0"), "Constant couple on the rod about the axis of a hinge, or the first axis of a universal joint."),
+    field("force", ASSEMBLY, Number(&VALUE), "N", Or("0.0"), "Constant force on the rod along the direction of a slider or roller."),
+    field("stiffness", ASSEMBLY, Number(&NON_NEGATIVE), "N m or N/m", Or("0.0"), "Spring in the joint: couple per radian of each free axis, force per length of a direction."),
+    field("rest", ASSEMBLY, Number(&VALUE), "rad or m", Or("0.0"), "Angle, or shift, at which the spring of the joint is unloaded: from the directors, or the place, of the attachment. Angles of a joint with a spring stay within half a turn."),
     field("motion", ASSEMBLY, Table(&CLAMP_MOTION), "", No, "How a place on the ground moves, in a motion; the displacement is from `position`."),
 ]);
 
@@ -219,6 +233,33 @@ pub(super) static REST_STRAINS: Spec = spec("rod.rest", &[
     field("twist", IN_SPACE, BENT, "rad/m", Or("0.0"), "Twist of the unloaded rod."),
 ]);
 #[rustfmt::skip]
+pub(super) static DRIVE: Spec = spec("rod.drive", &[
+    field("curvature", STATICS, Array(&BENT), "1/m", Or("[0.0, 0.0]"), "Flexures about d1 and d2 at amplitude 1; each may vary along the rod."),
+    field("twist", STATICS, BENT, "rad/m", Or("0.0"), "Twist at amplitude 1."),
+    field("stretch", STATICS, BENT, "", Or("0.0"), "Stretch at amplitude 1, added to that of the unloaded rod, 1."),
+    field("amplitude", STATICS, Number(&VALUE), "", Or("1.0"), "Their common factor, for branches."),
+]);
+#[rustfmt::skip]
+pub(super) static TENDON: Spec = spec("rod.tendon", &[
+    field("offset", IN_SPACE, OneOf(&[Numbers(2), Table(&OFFSET)]), "m", Yes("offset = [0.01, 0.0]"),
+        "Where the tendon runs, from the centreline along d1 and d2: two numbers, parallel to the centreline; or a table. It may lie outside of the section."),
+    field("to", IN_SPACE, Number(&SIZE), "m", No, "Arclength of its anchor; without it the end of the rod."),
+    field("tension", IN_SPACE, Number(&NON_NEGATIVE), "N", No, "Its tension, the same all along; or length."),
+    field("length", IN_SPACE, Number(&SIZE), "m", No, "Length of its path from s = 0 to its anchor, in statics of one rod: the tension follows, 0 where the tendon is slack."),
+]);
+#[rustfmt::skip]
+pub(super) static OFFSET: Spec = spec("rod.tendon.offset", &[
+    field("linear", IN_SPACE, Rows(2), "m", No, "Two offsets [d1, d2], at s = 0 and at the anchor; linear in between."),
+    field("helix", IN_SPACE, Table(&HELIX), "", No, "Around the centreline."),
+    field("table", IN_SPACE, Rows(3), "m", No, "Rows [s, d1, d2], s growing from 0 at least to the anchor, 2 to 500; linear in between, with guides at the kinks."),
+]);
+#[rustfmt::skip]
+pub(super) static HELIX: Spec = spec("rod.tendon.offset.helix", &[
+    field("distance", IN_SPACE, Number(&NON_NEGATIVE), "m", Yes("distance = 0.01"), "Distance from the centreline."),
+    field("phase", IN_SPACE, Number(&VALUE), "rad", Or("0.0"), "Angle from d1 towards d2 at s = 0."),
+    field("turns", IN_SPACE, Number(&VALUE), "", Yes("turns = 1.0"), "Turns on the length of the rod."),
+]);
+#[rustfmt::skip]
 pub(super) static DAMPING: Spec = spec("damping", &[
     field("proportional", PLANE, Number(&POSITIVE_DAMPING), "s", No, "A time: viscosity over bending stiffness."),
     field("proportional", SPACE | ASSEMBLY, Number(&SIZE), "s", No, "A time: viscosity over stiffness, the same for all strains."),
@@ -258,7 +299,7 @@ pub(super) static ROTATION: Spec = spec("rotation", &[
 pub(super) static CLAMP_MOTION: Spec = spec("clamp.motion", &[
     field("translate", RUNS, OneOf(&[Array(&List), Table(&SHAKE)]), "", No,
         "Displacement of the clamp from its position: a table of rows [t, x, y] (in space [t, x, y, z]), at rest before the first and after the last and smooth between them; or a sine."),
-    field("turn", RUNS, Table(&TURN), "", No, "Rotation of the clamp about its position: at a constant rate, or a sine."),
+    field("turn", RUNS, Table(&TURN), "", No, "Rotation of the clamp about its position: at a constant rate, a sine, or a table."),
 ]);
 #[rustfmt::skip]
 pub(super) static SHAKE: Spec = spec("clamp.motion.translate", &[
@@ -270,7 +311,10 @@ pub(super) static SHAKE: Spec = spec("clamp.motion.translate", &[
 ]);
 #[rustfmt::skip]
 pub(super) static TURN: Spec = spec("clamp.motion.turn", &[
-    field("axis", SPACE | ASSEMBLY, Vector(&VALUE), "", Yes("axis = [0.0, 0.0, 1.0]"), "Axis in the world, not 0, of any length."),
+    field("axis", SPACE | ASSEMBLY, Vector(&VALUE), "", Yes("axis = [0.0, 0.0, 1.0]"), "Axis in the world, not 0, of any length; not with rotation vectors."),
+    field("table", PLANE, Rows(2), "s, rad", No, "Rows [t, angle] of growing times: smooth through them, at rest before the first and after the last."),
+    field("table", SPACE | ASSEMBLY, OneOf(&[Rows(2), Rows(4)]), "s, rad", No,
+        "Rows of growing times, [t, angle] about the axis or [t, x, y, z] with rotation vectors in the world: smooth through them (a spline of degree 5), at rest before the first and after the last."),
     field("rate", RUNS, Number(&FINITE), "rad/s", No, "Constant angular velocity; or a sine by amplitude and frequency."),
     field("amplitude", RUNS, Number(&FINITE), "rad", No, "Amplitude of a sine."),
     field("frequency", RUNS, Number(&NON_NEGATIVE), "Hz", No, "Frequency of the sine, cycles per time."),
@@ -283,7 +327,8 @@ pub(super) static BODY: Spec = Spec {
     fields: &[
     field("name", ASSEMBLY, Name, "", Yes("name = \"m\""), "The name of the body, letters, digits, - and _; each body has another."),
     field("mass", PLANE | BAR, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
-    field("mass", SPACE | ASSEMBLY, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
+    field("mass", SPACE, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
+    field("mass", ASSEMBLY, Number(&SIZE_OR_0), "kg", Yes("mass = 1.0"), "Mass of the body. 0 or left out, and no inertia: a node, which joins rods, bears loads and turns with the rods; at rest, or where all rods have inertia = \"full\"."),
     field("joint", SPACE, Word(&["weld", "ball"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn."),
     field("offset", SPACE, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a welded body, from the end of the rod, along the directors there."),
     field("offset", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a body with inertia, from the origin of its frame, along its axes."),
@@ -319,8 +364,10 @@ pub(super) static GUESS: Spec = spec("guess", &[
 pub(super) static END: Spec = spec("end", &[
     field("force", STATICS, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force applied to the end, in the world; 0 in held components."),
     field("couple", STATICS, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple applied to the end, in the world; 0 if the orientation is held."),
-    field("load", STATICS, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple, for branches."),
+    field("load", STATICS, Number(&VALUE), "", Or("1.0"), "Common factor of forces and couples, for branches."),
     field("follower", STATICS, Flag, "", Or("false"), "Force and couple in the frame of the directors at the end, in place of the world."),
+    field("follower_force", STATICS, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force along the directors at the end, with which it turns, beside `force`; only on a free end."),
+    field("follower_couple", STATICS, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple along the directors at the end, beside `couple`; only on a free end."),
     field("position", STATICS, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", No, "Where the end is held, three components, each a number or \"free\"; without it, all free."),
     field("quaternion", STATICS, Numbers(4), "", No, "Orientation at which the end is held, a unit quaternion [w, x, y, z]; or rotation; without both, free."),
     field("rotation", STATICS, Table(&ROTATION), "", No, "Orientation at which the end is held, by axis and angle."),
@@ -395,7 +442,8 @@ pub(super) static LOADS: Spec = Spec {
     field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass of every body, and along rods whose mass is known."),
     field("gravity", STATICS, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity on the rod, spread along it; the rod has a mass then, rod.mass or a density and a shape."),
     field("distributed", STATICS, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
-    field("load", STATICS, Number(&VALUE), "", Or("1.0"), "Common factor of gravity and distributed, for branches."),
+    field("follower", STATICS, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Force per length of the unloaded rod along the directors, with which it turns, as pressure does: constant, a polynomial in s/length, or a table in s."),
+    field("load", STATICS, Number(&VALUE), "", Or("1.0"), "Common factor of gravity, distributed and follower, for branches."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
     field("distributed", PLANE, SPREAD_LOAD, "N/m", Or("[0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),

@@ -6,7 +6,7 @@ use super::ranges::{ETA, EXPONENT, MODULUS, NON_NEGATIVE, Rule, VALUE, VISCOSITY
 use super::reader::Reader;
 use super::rod::RodTraits;
 use super::section::half_widths;
-use super::table::{Absent, Table};
+use super::table::{Absent, Alternative, MissingField, Table};
 use crate::scene::{BarrierTerm, Damping, FaultKind, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -21,18 +21,18 @@ const ROW: &str = "an array of six finite numbers, in the order u1 u2 u3 v1 v2 v
 const MATRIX: &str = "six numbers, or six rows of six, in the order u1 u2 u3 v1 v2 v3";
 
 /// Conditions on a matrix over the strains, and the physical consequence of a violation.
-struct Kind {
+struct MatrixConditions {
     forms: &'static str,
     diagonal: &'static Rule,
     consequence: &'static str,
 }
 
-const FRICTION: Kind = Kind {
+const FRICTION: MatrixConditions = MatrixConditions {
     forms: FORMS,
     diagonal: &VISCOSITY,
     consequence: "friction would feed energy to the rod (AMV (2.33))",
 };
-const SPRING: Kind = Kind {
+const SPRING: MatrixConditions = MatrixConditions {
     forms: BRANCH_FORMS,
     diagonal: &MODULUS,
     consequence: "the branch would store negative energy",
@@ -86,17 +86,20 @@ fn by_table<'a>(
         barrier(reader, field, value, rigid)
     });
     let viscosity = table.either(
-        (
-            "proportional",
-            time.map(|x| x.map(StrainMatrix::Proportional)),
-        ),
-        ("viscosity", viscosity),
+        Alternative {
+            name: "proportional",
+            value: time.map(|x| x.map(StrainMatrix::Proportional)),
+        },
+        Alternative {
+            name: "viscosity",
+            value: viscosity,
+        },
         "keep one of them",
-        (
-            "proportional",
-            "a time > 0, viscosity over stiffness; or viscosity, a matrix",
-            "proportional = 0.05",
-        ),
+        &MissingField {
+            name: "proportional",
+            allowed: "a time > 0, viscosity over stiffness; or viscosity, a matrix",
+            example: "proportional = 0.05",
+        },
     );
     let law = match (power?, barrier?) {
         (None, None) => Some(FrictionLaw::Linear),
@@ -147,7 +150,7 @@ fn matrix<'a>(
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
     rigid: Option<[bool; 6]>,
-    kind: &Kind,
+    kind: &MatrixConditions,
 ) -> Option<StrainMatrix> {
     if value.get_ref().is_table() {
         let table = reader.table(field, value, &PROPORTIONAL, kind.forms)?;
@@ -163,7 +166,7 @@ fn array_matrix(
     value: &Spanned<DeValue>,
     allowed: &str,
     rigid: Option<[bool; 6]>,
-    kind: &Kind,
+    kind: &MatrixConditions,
 ) -> Option<StrainMatrix> {
     let nested = |list: &toml::de::DeArray| list.iter().any(|row| row.get_ref().is_array());
     if value.get_ref().as_array().is_some_and(nested) {
@@ -264,17 +267,20 @@ fn friction(table: &Table) -> Option<StrainMatrix> {
     let viscosity = table.optional("viscosity");
     let time = table.optional("proportional");
     table.either(
-        ("viscosity", viscosity.map(|x| x.map(StrainMatrix::Bending))),
-        (
-            "proportional",
-            time.map(|x| x.map(StrainMatrix::Proportional)),
-        ),
+        Alternative {
+            name: "viscosity",
+            value: viscosity.map(|x| x.map(StrainMatrix::Bending)),
+        },
+        Alternative {
+            name: "proportional",
+            value: time.map(|x| x.map(StrainMatrix::Proportional)),
+        },
         "viscosity = proportional * bending_stiffness: keep one of them",
-        (
-            "viscosity",
-            "a finite number > 0, stiffness times time; or proportional, a time",
-            "viscosity = 0.1",
-        ),
+        &MissingField {
+            name: "viscosity",
+            allowed: "a finite number > 0, stiffness times time; or proportional, a time",
+            example: "viscosity = 0.1",
+        },
     )
 }
 

@@ -66,7 +66,7 @@ pub(super) fn groove(body: &Table) -> Option<Option<Groove>> {
         }
         _ => spline(&table),
     }?;
-    if let Err(why) = groove.curve(1.0) {
+    if let Err(why) = groove.curve() {
         let hint = why.to_string();
         return body.refuse(FaultKind::Value, "groove", "a curve that can be made", hint);
     }

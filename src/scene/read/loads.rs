@@ -15,7 +15,8 @@ use toml::de::{DeArray, DeValue};
 pub(super) fn loads(
     table: &Table,
     weld: Option<bool>,
-    (massless, length): (bool, Option<f64>),
+    massless: bool,
+    length: Option<f64>,
 ) -> Option<Loads> {
     if table.reader.kind.get() == STATICS {
         return along_the_rod(table, massless, length);
@@ -28,7 +29,7 @@ pub(super) fn loads(
         });
     }
     let (gravity, dead) = (table.vector("gravity"), table.vector("dead"));
-    let distributed = distributed(table, length);
+    let distributed = spread(table, "distributed", length);
     let drag = table.number("drag");
     let (couple, rotational_drag) = match table.reader.kind.get() {
         SPACE => (couple(table, weld), rotational_drag(table, weld)),
@@ -49,8 +50,11 @@ pub(super) fn loads(
 
 /// Reads the loads of a rod in statics.
 fn along_the_rod(table: &Table, massless: bool, length: Option<f64>) -> Option<Loads> {
-    let (gravity, distributed) = (table.vector("gravity"), distributed(table, length));
-    let load = table.number("load");
+    let (gravity, distributed) = (
+        table.vector("gravity"),
+        spread(table, "distributed", length),
+    );
+    let (follower, load) = (spread(table, "follower", length), table.number("load"));
     let gravity = gravity?;
     if massless && gravity != [0.0; 3] {
         let hint = "gravity acts on the mass of the rod: write mass = 0.02 in [rod], or give its material a density and its section a shape";
@@ -60,13 +64,14 @@ fn along_the_rod(table: &Table, massless: bool, length: Option<f64>) -> Option<L
     Some(Loads {
         gravity,
         distributed: distributed?,
+        follower: follower?,
         load: load?,
         ..Loads::default()
     })
 }
 
-/// Reads a dead force per length of a rod: constant, a polynomial in s/length, or a table in s.
-pub(super) fn distributed(table: &Table, length: Option<f64>) -> Option<LoadAlong> {
+/// Reads a force per length of a rod: constant, a polynomial in s/length, or a table in s.
+pub(super) fn spread(table: &Table, name: &str, length: Option<f64>) -> Option<LoadAlong> {
     let reader = table.reader;
     let (plane, allowed) = match reader.kind.get() {
         PLANE => (
@@ -82,7 +87,7 @@ pub(super) fn distributed(table: &Table, length: Option<f64>) -> Option<LoadAlon
     };
     let point = |field: &str, value: &_| reader.point(field, value, &VALUE);
     table.read(
-        "distributed",
+        name,
         "",
         Absent::Or(LoadAlong::default()),
         |field, value| {

@@ -9,10 +9,12 @@ mod field_spec;
 mod fields;
 mod friction;
 mod groove;
+mod joint;
 mod kind;
 mod loads;
 mod matrix;
 mod phrases;
+mod plane;
 mod ranges;
 mod reader;
 mod rod;
@@ -24,14 +26,17 @@ mod solid;
 mod sources;
 mod start;
 mod table;
+mod tendon;
 mod varying;
 
 use super::Scene;
 pub use document::{json_schema, reference};
 pub(crate) use field_spec::is_count;
 pub(crate) use phrases::nearest;
+pub(super) use plane::normal_director;
 pub(super) use scene::scene;
 pub(super) use sources::Sources;
+pub(super) use tendon::TENDONS;
 
 /// One syntax fault at byte `at`.
 pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Faults {

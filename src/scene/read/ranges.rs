@@ -1,6 +1,6 @@
 //! Sets of numbers allowed in fields.
 
-/// A set of numbers. `holds` is written so that NaN fails.
+/// A set of numbers. `holds` is false for NaN.
 #[derive(Clone, Copy)]
 pub(super) struct Rule {
     /// Allowed numbers; completes "must be ...".
@@ -47,6 +47,12 @@ pub(super) static SIZE: Rule = Rule {
         let extreme = 0.0 < x && x < f64::INFINITY && !(SIZES.0..=SIZES.1).contains(&x);
         extreme.then_some("it is not in [1e-40, 1e40]: choose units nearer to the rod's size")
     },
+};
+/// A size, or 0.
+pub(super) static SIZE_OR_0: Rule = Rule {
+    allowed: "a finite number >= 0",
+    holds: |x| x == 0.0 || (SIZE.holds)(x),
+    hint: SIZE.hint,
 };
 pub(super) static STIFFNESS: Rule = Rule {
     allowed: SIZE.allowed,

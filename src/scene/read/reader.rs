@@ -6,7 +6,7 @@
 use super::fields::{Kinds, PLANE, Spec};
 use super::phrases::{nearest, shorten, type_name, vector_words};
 use super::ranges::Rule;
-use super::sources::{OverrideError, Place, Sources, apply};
+use super::sources::{OverrideError, SourcePlace, Sources, apply};
 use super::table::Table;
 use crate::scene::{Fault, FaultKind, Faults};
 use std::cell::{Cell, RefCell};
@@ -110,8 +110,8 @@ impl<'a> Reader<'a> {
     /// Place of byte `at`, in words.
     pub fn place(&self, at: usize) -> String {
         match self.text.place(at) {
-            Place::Text { line, .. } => format!("line {line}"),
-            Place::Override(text) => format!("--set {}", shorten(text)),
+            SourcePlace::Text { line, .. } => format!("line {line}"),
+            SourcePlace::Override(text) => format!("--set {}", shorten(text)),
         }
     }
 
@@ -161,8 +161,8 @@ impl<'a> Reader<'a> {
             return self.count_on();
         }
         let ((line, column), set) = match self.text.place(at) {
-            Place::Text { line, column } => ((line, column), None),
-            Place::Override(text) => ((0, 0), Some(shorten(text))),
+            SourcePlace::Text { line, column } => ((line, column), None),
+            SourcePlace::Override(text) => ((0, 0), Some(shorten(text))),
         };
         self.faults.borrow_mut().push(Fault {
             kind,
@@ -221,7 +221,8 @@ impl<'a> Reader<'a> {
         &self,
         field: &str,
         value: &Spanned<DeValue>,
-        (least, most): (usize, usize),
+        least: usize,
+        most: usize,
     ) -> Option<usize> {
         let allowed = format!("an integer from {least} to {most}");
         let Some(integer) = value.get_ref().as_integer() else {

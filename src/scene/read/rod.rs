@@ -2,12 +2,13 @@
 
 use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST_STRAINS, SECTION, STATICS};
 use super::friction::{self, needs_damping};
-use super::section::{outline, rest, rest_inside_barrier, section};
+use super::section::{drive, outline, rest, rest_inside_barrier, section};
 use super::table::Table;
+use super::tendon::tendons;
 use super::varying::polynomial;
 use crate::scene::{
-    Bends, Damping, FaultKind, Inertia, Material, Maxwell, Model, Outline, Rest, Rod, Section,
-    ShapeSettings, StrainMatrix,
+    Bends, Damping, Diagonal, Drive, FaultKind, Inertia, Material, Maxwell, Model, Outline, Rest,
+    Rod, Section, ShapeSettings, Stiffness, StrainMatrix, Tendon,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -66,6 +67,8 @@ pub(super) struct RodParts {
     bends: Option<Bends>,
     pub section: Option<Section>,
     rest: Option<Rest>,
+    drive: Option<Option<Drive>>,
+    tendons: Option<Vec<Tendon>>,
     damping: Option<Option<Damping>>,
     relaxation: Option<Vec<Maxwell<StrainMatrix>>>,
     nodes: Option<Option<usize>>,
@@ -85,6 +88,8 @@ impl RodParts {
             bends: self.bends?,
             section: self.section.clone()?,
             rest: self.rest.clone()?,
+            drive: self.drive.clone()?,
+            tendons: self.tendons.clone()?,
             damping: None,
             relaxation: Vec::new(),
             nodes: None,
@@ -113,8 +118,10 @@ pub(super) fn rod(table: &Table) -> RodParts {
     let model = if planar {
         table.word("model", &[Model::Elastica])
     } else {
-        table.word("model", &[Model::Cosserat])
+        table.word("model", &[Model::Cosserat, Model::Elastica])
     };
+    let bare = kind == ASSEMBLY && model == Some(Model::Elastica);
+    let model = if bare { Some(Model::Cosserat) } else { model };
     let length = table.number("length");
     let material = material(table);
     let (bends, section) = if planar {
@@ -122,7 +129,14 @@ pub(super) fn rod(table: &Table) -> RodParts {
             table.word("bends", &[Bends::Weak, Bends::Strong]),
             planar_section(table),
         )
+    } else if bare {
+        (Some(Bends::Weak), bare_section(table))
     } else {
+        if table.has("bending_stiffness") && kind == ASSEMBLY {
+            let hint = "a Cosserat rod has two: write section = { bending = [..], torsion = .. }";
+            let allowed = "left out where model is not \"elastica\"";
+            table.fault(FaultKind::Conflict, "bending_stiffness", allowed, hint);
+        }
         (Some(Bends::Weak), spatial_section(table, length, material))
     };
     let rest = if table.has("rest") && !planar {
@@ -136,6 +150,16 @@ pub(super) fn rod(table: &Table) -> RodParts {
         })
     } else {
         Some(Rest::default())
+    };
+    let drive = if kind == STATICS {
+        drive(table, length, section.as_ref())
+    } else {
+        Some(None)
+    };
+    let tendons = if planar {
+        Some(Vec::new())
+    } else {
+        tendons(table, length)
     };
     let rigid = section.as_ref().map(Section::rigid);
     let (damping, relaxation, nodes) = match kind {
@@ -178,6 +202,8 @@ pub(super) fn rod(table: &Table) -> RodParts {
         bends,
         section,
         rest,
+        drive,
+        tendons,
         damping,
         relaxation,
         nodes,
@@ -186,6 +212,30 @@ pub(super) fn rod(table: &Table) -> RodParts {
         inertia,
         section_inertia,
     }
+}
+
+/// Section of a rod of a planar assembly that bends alone.
+fn bare_section(table: &Table) -> Option<Section> {
+    if !table.has("bending_stiffness") {
+        table.missing(
+            "bending_stiffness",
+            "a finite number > 0, where model is \"elastica\"",
+            "bending_stiffness = 1.0",
+        );
+        return None;
+    }
+    if table.has("section") {
+        let hint = "with a section write model = \"cosserat\"";
+        table.conflict("section", &["bending_stiffness"], hint);
+        return None;
+    }
+    let bending = table.number("bending_stiffness")?;
+    Some(Section::Diagonal(Diagonal {
+        bending: [bending.into(), bending.into()],
+        torsion: bending.into(),
+        shear: Stiffness::Rigid,
+        axial: Stiffness::Rigid,
+    }))
 }
 
 /// Reports fields of a rod of an assembly that require inertia = "full".

@@ -2,10 +2,10 @@
 
 use super::ends::{motion, orientation};
 use super::fields::SITE;
+use super::joint::joint;
 use super::phrases::{listed, nearest};
 use super::table::Table;
-use crate::assembly::Joint;
-use crate::scene::{ClampMotion, FaultKind, Site};
+use crate::scene::{ClampMotion, FaultKind, Site, SiteJoint};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -82,7 +82,7 @@ pub(super) fn site(
     let position = table.vector("position");
     let orientation = orientation(&table);
     let motion = site_motion(&table, moves);
-    let joint = table.word("joint", &[Joint::Weld, Joint::Ball]);
+    let joint = joint(&table);
     let (body, position, joint, motion) = (body?, position?, joint?, motion?);
     if let Some((name, _)) = body.as_ref().filter(|(_, body)| bodies.points[*body]) {
         let hint = format!(
@@ -95,7 +95,7 @@ pub(super) fn site(
             );
             return table.refuse(FaultKind::Conflict, "body", allowed, hint);
         }
-        if joint == Joint::Weld {
+        if joint != SiteJoint::Ball {
             if table.has("joint") {
                 table.fault(FaultKind::Conflict, "joint", "\"ball\"", hint.clone())
             } else {

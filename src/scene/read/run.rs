@@ -9,7 +9,7 @@ use crate::motion::Options;
 use crate::rod::Path;
 use crate::scene::{FaultKind, Method, Run, Solve};
 
-/// Bound on the number of strobe periods of a run.
+/// Bound on the number of strobe periods of a run; fewer periods give at most 1e7 samples, the bound of `samples`.
 const MOST_PERIODS: f64 = 1e7;
 
 pub(super) fn run(table: &Table, memory: Option<RodTraits>) -> Option<Run> {
@@ -89,7 +89,7 @@ fn samples(table: &Table, kind: Kinds, duration: Option<f64>) -> Option<(usize, 
     let whole = (duration / period).round();
     if !(1.0..MOST_PERIODS).contains(&whole) || (duration - whole * period).abs() > 1e-9 * duration
     {
-        let allowed = "a period of which `duration` is a whole multiple, at most 1e7 times it";
+        let allowed = "a period of which `duration` is a whole multiple, less than 1e7 times it";
         return table.refuse(FaultKind::Value, "strobe", allowed, None);
     }
     let written = whole as usize + 1;

@@ -94,7 +94,7 @@ fn resolve(top: &Table) -> Option<Scene> {
         start(table, known)
     });
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
-        loads(table, weld, (massless, length))
+        loads(table, weld, massless, length)
     });
     let run = part(top, &RUN)
         .flatten()

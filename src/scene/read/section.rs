@@ -1,17 +1,17 @@
 //! Readers of `[rod.section]` and `[rod.rest]`.
 
-use super::fields::{BARRIER, CIRCLE, Kinds, RECTANGLE, SECTION, TUBE};
+use super::fields::{BARRIER, CIRCLE, DRIVE, Kinds, RECTANGLE, SECTION, TUBE};
 use super::matrix::{definite, rows};
 use super::phrases::Short;
 use super::ranges::{SIZE, STIFFNESS, VALUE};
 use super::reader::Reader;
-use super::table::{Absent, Table};
+use super::table::{Absent, Alternative, MissingField, Table};
 use super::varying::{ALONG_WORDS, along};
 use crate::scene::{
-    Barrier, BarrierTerm, Diagonal, FaultKind, Full, Outline, Profile, Rest, Rigid, Section, Shape,
-    ShapeSettings, Stiffness, StrainName, Transverse,
+    Barrier, BarrierTerm, Diagonal, Drive, FaultKind, Full, Outline, Profile, Rest, Rigid, Section,
+    Shape, ShapeSettings, Stiffness, StrainName, Transverse,
 };
-use crate::section::Material;
+use crate::section::{Material, RestDrive};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
@@ -359,17 +359,20 @@ fn transverse(table: &Table) -> Option<Transverse> {
     let modulus = table.optional("shear_modulus");
     let poisson = table.optional("poisson");
     table.either(
-        (
-            "shear_modulus",
-            modulus.map(|x| x.map(Transverse::ShearModulus)),
-        ),
-        ("poisson", poisson.map(|x| x.map(Transverse::Poisson))),
+        Alternative {
+            name: "shear_modulus",
+            value: modulus.map(|x| x.map(Transverse::ShearModulus)),
+        },
+        Alternative {
+            name: "poisson",
+            value: poisson.map(|x| x.map(Transverse::Poisson)),
+        },
         "E = 2 G (1 + nu): keep one of them",
-        (
-            "poisson",
-            "a number in (-1, 0.5]; or shear_modulus > 0",
-            "poisson = 0.3",
-        ),
+        &MissingField {
+            name: "poisson",
+            allowed: "a number in (-1, 0.5]; or shear_modulus > 0",
+            example: "poisson = 0.3",
+        },
     )
 }
 
@@ -445,13 +448,20 @@ fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option
     let by_radius = table.optional(radius);
     let by_diameter = table.optional(diameter);
     table.either(
-        (radius, by_radius),
-        (
-            diameter,
-            by_diameter.map(|x| x.map(|diameter| 0.5 * diameter)),
-        ),
+        Alternative {
+            name: radius,
+            value: by_radius,
+        },
+        Alternative {
+            name: diameter,
+            value: by_diameter.map(|x| x.map(|diameter| 0.5 * diameter)),
+        },
         "keep one of them",
-        (radius, SIZE.allowed, &format!("{radius} = 0.01")),
+        &MissingField {
+            name: radius,
+            allowed: SIZE.allowed,
+            example: &format!("{radius} = 0.01"),
+        },
     )
 }
 
@@ -477,6 +487,39 @@ pub(super) fn rest(table: &Table, length: Option<f64>) -> Option<Rest> {
     Some(Rest {
         curvature: curvature?,
         twist: twist?,
+    })
+}
+
+/// Reads `[rod.drive]`.
+pub(super) fn drive(
+    rod: &Table,
+    length: Option<f64>,
+    section: Option<&Section>,
+) -> Option<Option<Drive>> {
+    let reader = rod.reader;
+    let allowed =
+        "a table such as { curvature = [{ polynomial = [0.0, 1.0] }, 0.0], amplitude = 0.5 }";
+    rod.maybe("drive", |field, value| {
+        let table = reader.table(field, value, &DRIVE, allowed)?;
+        let strains = rest(&table, length);
+        let number = |field: &str, value| along(reader, field, value, &VALUE, length);
+        let stretch = table.read("stretch", "", Absent::Or(0.0.into()), number);
+        let amplitude = table.number("amplitude");
+        let (strains, stretch) = (strains?, stretch?);
+        if section.is_some_and(|section| section.rigid()[5]) && !stretch.vanishes() {
+            let hint =
+                "give [rod.section] a number for `axial`: a rod of rigid stretch keeps its length";
+            let allowed = "0, or left out, where the section is axially rigid";
+            return table.refuse(FaultKind::Conflict, "stretch", allowed, hint);
+        }
+        Some(Drive {
+            shape: RestDrive {
+                curvature: strains.curvature,
+                twist: strains.twist,
+                stretch,
+            },
+            amplitude: amplitude?,
+        })
     })
 }
 

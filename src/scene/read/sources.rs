@@ -15,7 +15,7 @@ pub(in crate::scene) struct Sources {
 }
 
 /// Place of a byte.
-pub(in crate::scene) enum Place<'a> {
+pub(in crate::scene) enum SourcePlace<'a> {
     /// Line and column in the document, both from 1.
     Text { line: usize, column: usize },
     /// In this override.
@@ -89,17 +89,17 @@ impl Sources {
         start..end
     }
 
-    pub fn place(&self, at: usize) -> Place<'_> {
+    pub fn place(&self, at: usize) -> SourcePlace<'_> {
         if at >= self.end()
             && let Some((_, text)) = self.overridden(at)
         {
-            return Place::Override(text);
+            return SourcePlace::Override(text);
         }
         let at = self.floor(at);
         let line = self.line(at);
         let before = &self.whole[self.lines[line - 1]..at];
         let column = before.chars().take(MAX_COLUMN).count() + 1;
-        Place::Text { line, column }
+        SourcePlace::Text { line, column }
     }
 
     fn overridden(&self, at: usize) -> Option<(usize, &str)> {

@@ -73,7 +73,8 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
         table,
         "curvature_rate",
         "curvature",
-        (known.memory, velocity.is_some_and(|v| v != [0.0; 3])),
+        known.memory,
+        velocity.is_some_and(|v| v != [0.0; 3]),
         |field, value| curvature(table, field, value).map(StrainRate::Curvature),
     );
     let words = "the curvature to which the branches are relaxed, [c0, c1, ...]";
@@ -283,13 +284,11 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
         table,
         "strain_rate",
         "strain",
-        (
-            known.memory,
-            [velocity, angular_velocity]
-                .iter()
-                .flatten()
-                .any(|v| *v != [0.0; 3]),
-        ),
+        known.memory,
+        [velocity, angular_velocity]
+            .iter()
+            .flatten()
+            .any(|v| *v != [0.0; 3]),
         |field, value| {
             let rates = strain(reader, field, value, known.elastic, false)?;
             Some(StrainRate::Strain(rates))
@@ -454,7 +453,8 @@ fn rate<'a>(
     start: &Table<'a>,
     name: &str,
     beside: &str,
-    (memory, moves): (Option<RodTraits>, bool),
+    memory: Option<RodTraits>,
+    moves: bool,
     read: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<StrainRate>,
 ) -> Option<Option<StrainRate>> {
     if start.has(name) {

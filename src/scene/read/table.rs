@@ -31,6 +31,20 @@ pub(super) struct Table<'a> {
     slips: Vec<(&'static str, &'a str)>,
 }
 
+/// One of two fields of which exactly one is given.
+pub(super) struct Alternative<'a, T> {
+    pub name: &'a str,
+    /// The value; inner None: the field is absent, outer None: it is faulty.
+    pub value: Option<Option<T>>,
+}
+
+/// Fault of a field that is not given, though needed.
+pub(super) struct MissingField<'a> {
+    pub name: &'a str,
+    pub allowed: &'a str,
+    pub example: &'a str,
+}
+
 impl<'a> Table<'a> {
     /// Opens a table and reports the fields that `spec` lacks in scenes of the current kind.
     pub fn open(
@@ -292,19 +306,18 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The given one of two fields. The hint `keep` is for both given; `missing` has the name, the allowed values and
-    /// an example for none given.
+    /// The given one of two fields. The hint `keep` is for both given, `absent` for none.
     pub fn either<T>(
         &self,
-        (first, one): (&str, Option<Option<T>>),
-        (second, other): (&str, Option<Option<T>>),
+        first: Alternative<'_, T>,
+        second: Alternative<'_, T>,
         keep: &str,
-        (name, allowed, example): (&str, &str, &str),
+        absent: &MissingField<'_>,
     ) -> Option<T> {
-        match (one?, other?) {
+        match (first.value?, second.value?) {
             (Some(value), None) | (None, Some(value)) => return Some(value),
-            (Some(_), Some(_)) => self.conflict(second, &[first], keep),
-            (None, None) => self.missing(name, allowed, example),
+            (Some(_), Some(_)) => self.conflict(second.name, &[first.name], keep),
+            (None, None) => self.missing(absent.name, absent.allowed, absent.example),
         }
         None
     }
@@ -364,7 +377,7 @@ impl<'a> Table<'a> {
         let allowed = format!("an integer from {least} to {most}");
         let default = |text: &str| text.parse().ok();
         self.by_form(name, &allowed, default, |field, value| {
-            self.reader.count(field, value, (least, most))
+            self.reader.count(field, value, least, most)
         })
     }
 

@@ -1,8 +1,8 @@
 //! Branches of an assembly.
 
 use super::follow::TYPICAL_WRENCH;
-use super::subject::{INDEX, Loads, State, Subject};
-use crate::assembly::{Assembly, AssemblyFamily, Motion};
+use super::subject::{BranchState, INDEX, LoadClass, Subject};
+use crate::assembly::{Assembly, AssemblyFamily, CriticalMotion};
 use crate::error::{Error, Result};
 use crate::full_mass::held_vibrations::{Massive, Sweep, resistance};
 use crate::math::se3::halves;
@@ -32,6 +32,8 @@ pub struct Assembled<'a> {
     /// Degrees of freedom of each body, and number of rods.
     freedoms: Vec<usize>,
     rods: usize,
+    /// Unknowns that vanish in a planar assembly.
+    out_of_plane: Vec<usize>,
 }
 
 /// Maps a value of `parameter` to the assembly of the scene.
@@ -56,7 +58,8 @@ impl<'a> Assembled<'a> {
         let start = first.start_equilibrium()?.now;
         let from_start = AssemblyFamily::new(
             assemblies_over(scene, wanted.parameter),
-            (&start, wanted.from),
+            &start,
+            wanted.from,
             false,
             wanted.to - wanted.from,
             tolerance(scene),
@@ -68,6 +71,7 @@ impl<'a> Assembled<'a> {
             from_start,
             freedoms: carriers.map(|carrier| carrier.freedoms()).collect(),
             rods: first.assembly.links().len(),
+            out_of_plane: first.assembly.out_of_plane(),
         };
         Ok((this, x))
     }
@@ -100,12 +104,14 @@ impl Subject for Assembled<'_> {
         FINEST / INTEGRATION_TOLERANCE_RATIO
     }
 
-    fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State> {
+    fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<BranchState> {
         let setup = AssemblySetup::new(scene)?;
         let state = self.fixed_family(&setup).state(x, 0.0)?;
         let k = &setup.scales;
         let mut numbers = Vec::new();
-        for place in &state.now.bodies {
+        // Nodes of joints come last, and are not told.
+        let bodies = scene.assembly().map_or(0, |given| given.bodies.len());
+        for place in &state.now.bodies[..bodies] {
             let mut pose = place.pose;
             pose.translation.vector *= k.length;
             numbers.extend(placed(&pose));
@@ -118,7 +124,7 @@ impl Subject for Assembled<'_> {
             numbers.extend(placed(&end));
         }
         numbers.push(state.energy * k.energy);
-        Ok(State {
+        Ok(BranchState {
             numbers,
             left_over: error,
             left: false,
@@ -130,12 +136,12 @@ impl Subject for Assembled<'_> {
             .ok()
             .filter(|setup| !setup.is_heavy())?;
         let now = self.fixed_family(&setup).state(x, 0.0).ok()?.now;
-        let resting = RodsAtRest::new(scene, (setup.assembly, now), &setup.scales).ok()?;
+        let resting = RodsAtRest::new(scene, setup.assembly, now, &setup.scales).ok()?;
         Some(resting.mass).filter(|mass| !mass.rods.is_empty())
     }
 
     /// Normal form of a fold, including the mass of bodies and rods; `None` if no rod has a known mass.
-    fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>> {
+    fn fold(&self, scene: &Scene, wanted: &Continue, at: &Point) -> Result<Option<FoldAtRest>> {
         let setup = AssemblySetup::new(&scene.with(&wanted.parameter, at.p))?;
         let (assembly, k) = (&setup.assembly, &setup.scales);
         let rods = 0..assembly.links().len();
@@ -156,9 +162,9 @@ impl Subject for Assembled<'_> {
                 Some(massive) => massive,
                 None => Massive::new(link.rod(), None, SectionMass::NONE)?,
             };
-            let moved = |motion: &Motion, far: f64, at: &[f64]| {
+            let moved = |motion: &CriticalMotion, far: f64, at: &[f64]| {
                 let at: Vec<f64> = at.iter().map(|s| s * link.rod().length()).collect();
-                assembly.sections(0.0, &motion.at(assembly, far), (i, &at), FINEST)
+                assembly.sections(0.0, &motion.at(assembly, far), i, &at, FINEST)
             };
             let along = |far: f64, at: &[f64]| moved(&fold.along, far, at);
             let back = fold.against.as_ref();
@@ -172,7 +178,7 @@ impl Subject for Assembled<'_> {
                 None
             };
             let z = Sweep::new(&along, fold.along.scale)?;
-            let found = resistance(&massive, (&z, other.as_ref()), chord.as_ref())?;
+            let found = resistance(&massive, &z, other.as_ref(), chord.as_ref())?;
             mass += found.mass;
             friction += found.proportional;
         }
@@ -234,9 +240,9 @@ impl Subject for Assembled<'_> {
         8
     }
 
-    fn loads(&self, scene: &Scene) -> Result<Loads> {
+    fn loads(&self, scene: &Scene) -> Result<LoadClass> {
         let assembly = AssemblySetup::new(scene)?.assembly;
-        Ok(Loads::new(
+        Ok(LoadClass::new(
             assembly.is_conservative(0.0),
             assembly.is_followed(0.0),
         ))
@@ -260,40 +266,8 @@ impl Subject for Assembled<'_> {
             .collect())
     }
 
-    /// Guesses in both directions: all bodies moved or turned along one axis, or all rods bent, twisted or pulled
-    /// along one. Each comes also with the sign of every second body or rod reversed. The number of guesses does not
-    /// depend on the size of the assembly.
     fn guesses(&self) -> Vec<DVector<f64>> {
-        let bodies: usize = self.freedoms.iter().sum();
-        let size = bodies + 6 * self.rods;
-        let mut guesses = Vec::new();
-        let mut add = |of: &dyn Fn(usize) -> Option<(usize, usize)>, by: f64| {
-            for component in 0..6 {
-                for [way, other] in [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]] {
-                    let guess = DVector::from_fn(size, |i, _| match of(i) {
-                        Some((number, k)) if k == component => {
-                            by * if number % 2 == 0 { way } else { other }
-                        }
-                        _ => 0.0,
-                    });
-                    if guess.norm() > 0.0 && !guesses.contains(&guess) {
-                        guesses.push(guess);
-                    }
-                }
-            }
-        };
-        let rod = |i: usize| Some((i.checked_sub(bodies)? / 6, (i - bodies) % 6));
-        add(&rod, TYPICAL_WRENCH);
-        let body = |i: usize| {
-            let mut start = 0;
-            self.freedoms.iter().enumerate().find_map(|(number, size)| {
-                let k = i.checked_sub(start).filter(|k| k < size);
-                start += size;
-                Some((number, k?))
-            })
-        };
-        add(&body, MOVED);
-        guesses
+        guesses(&self.freedoms, self.rods, &self.out_of_plane)
     }
 
     fn search_description(&self, size: f64) -> String {
@@ -316,4 +290,45 @@ impl Subject for Assembled<'_> {
     fn start(&self) -> &'static str {
         "another `guess` of the bodies"
     }
+}
+
+/// Guesses in both directions: all bodies moved or turned along one axis, or all rods bent, twisted or pulled
+/// along one. Each guess comes also with the sign of every second body or rod reversed. Coordinates out of the plane of
+/// a planar assembly stay 0. The number of guesses does not depend on the size of the assembly.
+pub(in crate::study) fn guesses(
+    freedoms: &[usize],
+    rods: usize,
+    out_of_plane: &[usize],
+) -> Vec<DVector<f64>> {
+    let bodies: usize = freedoms.iter().sum();
+    let size = bodies + 6 * rods;
+    let mut guesses = Vec::new();
+    let mut add = |of: &dyn Fn(usize) -> Option<(usize, usize)>, by: f64| {
+        for component in 0..6 {
+            for [way, other] in [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]] {
+                let guess = DVector::from_fn(size, |i, _| match of(i) {
+                    Some((number, k)) if k == component => {
+                        by * if number % 2 == 0 { way } else { other }
+                    }
+                    _ => 0.0,
+                });
+                let in_plane = out_of_plane.iter().all(|i| guess[*i] == 0.0);
+                if in_plane && guess.norm() > 0.0 && !guesses.contains(&guess) {
+                    guesses.push(guess);
+                }
+            }
+        }
+    };
+    let rod = |i: usize| Some((i.checked_sub(bodies)? / 6, (i - bodies) % 6));
+    add(&rod, TYPICAL_WRENCH);
+    let body = |i: usize| {
+        let mut start = 0;
+        freedoms.iter().enumerate().find_map(|(number, size)| {
+            let k = i.checked_sub(start).filter(|k| k < size);
+            start += size;
+            Some((number, k?))
+        })
+    };
+    add(&body, MOVED);
+    guesses
 }

@@ -119,9 +119,13 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
             let again = this.rows.len() > row;
             match Continuation::new(&family, y.clone(), here, options(direction)) {
                 Ok(branch) => {
-                    let way = (direction, again);
+                    let run = CurveRun {
+                        branch,
+                        direction,
+                        again,
+                    };
                     let watch = &mut study.watch;
-                    this.follow(branch, &family, &window, way, watch, &mut remarks);
+                    this.follow(run, &family, &window, watch, &mut remarks);
                 }
                 Err(e) => lost.push(format!("fold curve through {}: {e}", fold.label)),
             }
@@ -152,17 +156,29 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
     })
 }
 
+/// Continuation of a fold curve in one direction.
+struct CurveRun<'a> {
+    branch: Continuation<'a>,
+    direction: Direction,
+    /// True if the start point is in the rows already.
+    again: bool,
+}
+
 impl Folds {
-    /// Follows the last curve in one direction; `again`: its start point is in the rows already.
+    /// Follows the last curve in one direction.
     fn follow(
         &mut self,
-        branch: Continuation<'_>,
+        run: CurveRun<'_>,
         family: &FoldCurve<'_>,
         window: &Window<'_>,
-        (direction, again): (Direction, bool),
         watch: &mut Watch<'_>,
         remarks: &mut Vec<String>,
     ) {
+        let CurveRun {
+            branch,
+            direction,
+            again,
+        } = run;
         let number = self.curves.len() - 1;
         let backward = direction == Direction::Backward;
         let first = self.rows.len();

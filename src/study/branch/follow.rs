@@ -1,7 +1,7 @@
 //! Continuation of the branches of one scene, with their rows, special points and remarks.
 
 use super::record::CurveRecord;
-use super::subject::{State, Subject};
+use super::subject::{BranchState, Subject};
 use crate::error::{Error, Result};
 use crate::scene::{Continue, Scene};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
@@ -32,7 +32,7 @@ pub struct Row {
     pub q: Option<f64>,
     pub arclength: f64,
     pub x: DVector<f64>,
-    pub state: State,
+    pub state: BranchState,
     pub index: Option<usize>,
     pub label: String,
 }
@@ -99,9 +99,11 @@ pub struct Study<'a> {
 
 impl<'a> Study<'a> {
     pub fn new(
-        (scene, wanted): (&'a Scene, &'a Continue),
+        scene: &'a Scene,
+        wanted: &'a Continue,
         subject: &'a dyn Subject,
-        (family, others): (&'a dyn Family, &'a [&'a dyn Family]),
+        family: &'a dyn Family,
+        others: &'a [&'a dyn Family],
         stations: Vec<f64>,
         watch: Watch<'a>,
     ) -> Self {
@@ -262,13 +264,8 @@ impl<'a> Study<'a> {
                     }
                     Item::Stop(stop) => {
                         let last = self.rows[first..].last().map(|row| row.p);
-                        let (complete, words) = describe_end(
-                            self.wanted,
-                            (number, backward),
-                            &stop,
-                            last,
-                            self.subject,
-                        );
+                        let (complete, words) =
+                            describe_end(self.wanted, number, backward, &stop, last, self.subject);
                         self.curves[number].end(complete, words);
                         break;
                     }
@@ -449,7 +446,8 @@ fn ended_early_message(wanted: &Continue, number: usize, backward: bool, why: &s
 /// was asked.
 fn describe_end(
     wanted: &Continue,
-    (number, backward): (usize, bool),
+    number: usize,
+    backward: bool,
     stop: &Stop,
     last: Option<f64>,
     subject: &dyn Subject,

@@ -23,11 +23,13 @@ use crate::rod::{
 use crate::scene::{Continue, Parameter, Scene};
 use crate::solve::special_points::SpecialKind;
 use assembled::Assembled;
+pub(in crate::study) use assembled::guesses;
 use folds::fold_curves;
+pub(in crate::study) use follow::SAME_EQUILIBRIUM;
 use follow::{Located, Study, Watch};
 use nalgebra::DVector;
 use rod::SingleRod;
-use subject::{Loads, Subject};
+use subject::{LoadClass, Subject};
 
 /// Follows the branch that the `[continue]` of the scene describes, and the further branches requested there.
 ///
@@ -67,11 +69,10 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     let Some(wanted) = &scene.continuation else {
         return Err(missing(scene));
     };
-    let task = (scene, wanted);
     if scene.is_assembly() {
         let in_units = |e| scene.in_own_units(e);
         let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
-        let record = followed(task, &subject, x, hooks).map_err(in_units)?;
+        let record = followed(scene, wanted, &subject, x, hooks).map_err(in_units)?;
         return record.ok_or_else(left_chart_error);
     }
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
@@ -90,21 +91,21 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     } else {
         match charted {
             ProblemChart::Spatial(chart) => (
-                follow_in_chart(task, chart, base, while_slack, hooks)?,
+                follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
                 None,
             ),
             ProblemChart::FreeEnd(chart) => (
-                follow_in_chart(task, chart, base, while_slack, hooks)?,
+                follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
                 None,
             ),
             ProblemChart::Planar(chart) => (
-                follow_in_chart(task, chart, base, while_slack, hooks)?,
+                follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
                 Some(chart),
             ),
             ProblemChart::ClosedForm(chart) => {
                 let plane = *chart.plane();
                 (
-                    follow_in_chart(task, chart, base, while_slack, hooks)?,
+                    follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
                     Some(plane),
                 )
             }
@@ -118,7 +119,14 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
                 why: "the rod is taut on a part of its branch: there it is solved from both ends"
                     .to_owned(),
             };
-            let record = follow_in_chart(task, BothEnds::new(&first, plane), base, false, hooks)?;
+            let record = follow_in_chart(
+                scene,
+                wanted,
+                BothEnds::new(&first, plane),
+                base,
+                false,
+                hooks,
+            )?;
             record.ok_or_else(left_chart_error)?
         }
     };
@@ -130,7 +138,8 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
 
 /// Follows all branches in one chart; `None` if `while_slack` and the rod becomes taut on the branch.
 fn follow_in_chart<C: Chart + Clone + 'static>(
-    (scene, wanted): (&Scene, &Continue),
+    scene: &Scene,
+    wanted: &Continue,
     chart: C,
     base: &Wrench,
     while_slack: bool,
@@ -143,7 +152,7 @@ fn follow_in_chart<C: Chart + Clone + 'static>(
         chart,
         while_slack,
     };
-    followed((scene, wanted), &rod, x, hooks)
+    followed(scene, wanted, &rod, x, hooks)
 }
 
 /// Error for a branch that leaves unknowns expected to be valid everywhere.
@@ -216,7 +225,8 @@ fn chart_for_branch(
 
 /// All results for the branch through `x`; `None` if the branch leaves the domain of the unknowns.
 fn followed(
-    (scene, wanted): (&Scene, &Continue),
+    scene: &Scene,
+    wanted: &Continue,
     subject: &dyn Subject,
     x: DVector<f64>,
     hooks: &mut dyn Hooks,
@@ -232,9 +242,11 @@ fn followed(
         Vec::new()
     };
     let mut study = Study::new(
-        (scene, wanted),
+        scene,
+        wanted,
         subject,
-        (&*family, &others),
+        &*family,
+        &others,
         stations,
         Watch::new(hooks, wanted),
     );
@@ -254,12 +266,23 @@ fn followed(
         }),
         None => None,
     };
-    let loads = loads((scene, wanted), subject)?;
+    let loads = loads(scene, wanted, subject)?;
     let mut remarks: Vec<String> = loads.remark().map(str::to_owned).into_iter().collect();
     remarks.append(&mut study.remarks);
+    for row in &study.rows {
+        let there = scene.with(&wanted.parameter, row.p);
+        if let Some(mode) = subject.zero_modes(&there, &row.x)?.first() {
+            let name = &wanted.name;
+            remarks.push(format!(
+                "from {name} = {} on {mode}: left out of the index and of special points",
+                row.p
+            ));
+            break;
+        }
+    }
     let mut fold = |at: &Located| {
         let fold = match at.special.kind {
-            SpecialKind::Fold => subject.fold((scene, wanted), &at.special.point),
+            SpecialKind::Fold => subject.fold(scene, wanted, &at.special.point),
             _ => return None,
         };
         fold.unwrap_or_else(|why| {
@@ -273,13 +296,13 @@ fn followed(
     let specials = study.located.iter();
     let specials = specials.map(|at| at.record(None, fold(at))).collect();
     let pictures = study.watch.hooks.pictures();
-    let shapes = |chosen| record::shapes((scene, wanted), subject, &study.rows, chosen);
+    let shapes = |chosen| record::shapes(scene, wanted, subject, &study.rows, chosen);
     Ok(Some(BranchRecord {
         parameter: wanted.parameter,
         name: wanted.name.clone(),
         units: scene.units,
         length: scene.rod.length,
-        conservative: loads == Loads::Conservative,
+        conservative: loads == LoadClass::Conservative,
         taken: None,
         branches: CurveSet {
             points: record::table(scene, wanted, None, subject, &study.rows)?,
@@ -288,7 +311,7 @@ fn followed(
         },
         fold_curves,
         deflation,
-        masses: record::masses((scene, wanted), subject, &study.rows),
+        masses: record::masses(scene, wanted, subject, &study.rows),
         shapes: shapes(record::even(subject.shown(), &study.rows)),
         pictures: shapes(record::even_and_special(pictures, &study.rows)),
         remarks,
@@ -299,11 +322,11 @@ fn followed(
 
 /// Class of the loads over all ranges: the worst at their ends, since a load that vanishes at one end looks
 /// conservative there.
-fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<Loads> {
+fn loads(scene: &Scene, wanted: &Continue, subject: &dyn Subject) -> Result<LoadClass> {
     let own = [wanted.from, wanted.to].map(|p| (wanted.parameter, p));
     let second = wanted.second.iter();
     let second = second.flat_map(|second| [second.from, second.to].map(|p| (second.parameter, p)));
-    let mut worst = Loads::Conservative;
+    let mut worst = LoadClass::Conservative;
     for (parameter, p) in own.into_iter().chain(second) {
         worst = worst.max(subject.loads(&scene.with(&parameter, p))?);
     }

@@ -140,7 +140,8 @@ pub struct BranchMass {
 
 /// Effect of mass at the first and the last stable point of every branch.
 pub(super) fn masses(
-    (scene, wanted): (&Scene, &Continue),
+    scene: &Scene,
+    wanted: &Continue,
     subject: &dyn Subject,
     rows: &[Row],
 ) -> Vec<BranchMass> {
@@ -199,7 +200,8 @@ pub(super) fn even_and_special(count: usize, rows: &[Row]) -> Vec<usize> {
 
 /// Shapes at the `chosen` rows, for figures only: a shape that cannot be computed is left out.
 pub(super) fn shapes(
-    (scene, wanted): (&Scene, &Continue),
+    scene: &Scene,
+    wanted: &Continue,
     subject: &dyn Subject,
     rows: &[Row],
     chosen: Vec<usize>,
@@ -397,7 +399,21 @@ impl CurveSet {
     }
 
     fn special_summaries(&self) -> Value {
-        self.specials.iter().map(SpecialPoint::summary).collect()
+        let one = |at: &SpecialPoint| {
+            let mut object = at.summary();
+            if let Some(row) = self.row(at) {
+                // The columns of the equilibrium follow the arclength.
+                let columns = self.points.columns.iter();
+                let after = columns.skip_while(|column| column.name != "arclength");
+                let numbers = after.skip(1).filter_map(|column| match column.cell(row) {
+                    Cell::Real(x) => Some((column.name.to_string(), x.into())),
+                    _ => None,
+                });
+                object["state"] = Value::Object(numbers.collect());
+            }
+            object
+        };
+        self.specials.iter().map(one).collect()
     }
 }
 

@@ -2,14 +2,15 @@
 
 use super::FINEST;
 use super::follow::TYPICAL_WRENCH;
-use super::subject::{INDEX, Loads, State, Subject};
+use super::subject::{BranchState, INDEX, LoadClass, Subject};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::full_mass::held_vibrations::{Sweep, resistance};
-use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical, Wrench};
+use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical, Wrench, ZeroMode};
 use crate::scene::{Continue, Parameter, Scales, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
 use crate::study::neglected_mass::{FoldAtRest, MassEffect, MassOrigin, standing};
+use crate::study::tendons::TendonsRecord;
 use crate::study::{Column, space};
 use nalgebra::DVector;
 
@@ -28,7 +29,7 @@ pub struct SingleRod<'a, C> {
 
 impl<C: Chart + Clone> SingleRod<'_, C> {
     /// State of the rod for fixed parameters.
-    fn at(&self, problem: &Problem, x: &DVector<f64>) -> Result<crate::rod::State> {
+    fn at(&self, problem: &Problem, x: &DVector<f64>) -> Result<crate::rod::BranchEquilibrium> {
         let chart = self.chart.clone();
         RodFamily::in_chart(|_| Ok(problem.clone()), false, 1.0, chart).state(x, 0.0)
     }
@@ -47,7 +48,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         FINEST
     }
 
-    fn state(&self, scene: &Scene, x: &DVector<f64>, _: f64) -> Result<State> {
+    fn state(&self, scene: &Scene, x: &DVector<f64>, _: f64) -> Result<BranchState> {
         let problem = scene.problem()?;
         let state = self.at(&problem, x)?;
         let end = &state.end;
@@ -56,12 +57,19 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         } else {
             None
         };
+        let law = scene.rod.tendon_law()?;
+        let sections = |at: &[f64]| self.chart.sections(&problem, x, at);
+        let tendons = law.map(|law| TendonsRecord::of(&law, scene.rod.length, sections));
+        let tendons = tendons.transpose()?;
+        let pulled = tendons.as_ref().map_or(0.0, TendonsRecord::potential);
+        let lengths = tendons.iter().flat_map(|tendons| &tendons.each);
         let numbers = space::pose(end)
             .chain(space::wrench(&state.base))
             .chain(space::tip_wrench(end))
-            .chain([end.energy])
-            .chain(potential);
-        Ok(State {
+            .chain([end.energy - pulled])
+            .chain(potential)
+            .chain(lengths.map(|tendon| tendon.length));
+        Ok(BranchState {
             numbers: numbers.collect(),
             left_over: state.residual,
             left: self.while_slack && problem.is_taut(&state.base, end),
@@ -75,7 +83,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
     }
 
     /// At a fold the tangent of the branch is the critical direction.
-    fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>> {
+    fn fold(&self, scene: &Scene, wanted: &Continue, at: &Point) -> Result<Option<FoldAtRest>> {
         if scene.rod.mass().is_none() {
             return Ok(None);
         }
@@ -108,13 +116,13 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
             let end = [turn * force / rod.units().1, turn * place / rod.length()];
             let chart = self.chart.clone();
             let family = RodFamily::in_chart(problem, parameter.changes_rod(), span, chart);
-            let form = family.fold_in_chart((&at.x, &(&at.tangent_x * unit)), at.p, &end)?;
-            (form, resistance(&massive, (&along, None), None)?)
+            let form = family.fold_in_chart(&at.x, &(&at.tangent_x * unit), at.p, &end)?;
+            (form, resistance(&massive, &along, None, None)?)
         } else {
             let b = rod.inward(&state.base);
             let z = turn.normalize();
             let family = RodFamily::new(problem, parameter.changes_rod(), span);
-            let fold = family.fold((&b, &z), at.p)?;
+            let fold = family.fold(&b, &z, at.p)?;
             let moved = |by: Wrench| {
                 let here = &here;
                 move |far: f64, at: &[f64]| {
@@ -125,7 +133,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
             let along = Sweep::new(&along, scale)?;
             let other = (fold.against != z).then(|| Sweep::new(&against, scale));
             let other = other.transpose()?;
-            let against = resistance(&massive, (&along, other.as_ref()), None)?;
+            let against = resistance(&massive, &along, other.as_ref(), None)?;
             ([fold.drive, fold.bend], against)
         };
         let form = form.map(|x| x * couple);
@@ -133,6 +141,12 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         FoldAtRest::new(form, resistances, MassOrigin::Rod)
             .map(Some)
             .ok_or_else(|| Error::domain("friction would feed the motion out of it"))
+    }
+
+    fn zero_modes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<ZeroMode>> {
+        let problem = scene.problem()?;
+        let b = self.chart.wrench(&problem, x)?;
+        Ok(problem.zero_modes(&problem.rod().outward_wrench(&b)))
     }
 
     fn columns(&self) -> (Vec<Column>, Column) {
@@ -147,7 +161,14 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
             .chain(space::wrench_columns("base", units))
             .chain(space::wrench_columns("tip", units))
             .chain([energy])
-            .chain(self.scene.is_loaded_along().then_some(potential));
+            .chain(self.scene.is_loaded_along().then_some(potential))
+            .chain((0..self.scene.rod.tendons.len()).map(|k| {
+                Column::reals(
+                    format!("tendon_{k}_length"),
+                    units.length(),
+                    "length of the tendon",
+                )
+            }));
         let meaning = "size of the equations left over, in units of the rod";
         (columns.collect(), Column::reals("residual", "", meaning))
     }
@@ -160,9 +181,12 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         12
     }
 
-    fn loads(&self, scene: &Scene) -> Result<Loads> {
+    fn loads(&self, scene: &Scene) -> Result<LoadClass> {
         let problem = scene.problem()?;
-        Ok(Loads::new(problem.is_conservative(), problem.is_followed()))
+        Ok(LoadClass::new(
+            problem.is_conservative(),
+            problem.is_followed(),
+        ))
     }
 
     fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>> {

@@ -1,7 +1,7 @@
 //! Interface of continuation to a mechanical system: a single rod or an assembly.
 
 use crate::error::Result;
-use crate::rod::RodSection;
+use crate::rod::{RodSection, ZeroMode};
 use crate::scene::{Continue, Parameter, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
@@ -10,7 +10,7 @@ use crate::study::neglected_mass::{FoldAtRest, MassEffect};
 use nalgebra::DVector;
 
 /// Equilibrium at a point of a branch, as a row of the table shows it.
-pub struct State {
+pub struct BranchState {
     /// The cells of [`Subject::columns`].
     pub numbers: Vec<f64>,
     /// Estimated residual of the equilibrium equations, in the column after the index.
@@ -25,7 +25,7 @@ pub const INDEX: &str =
 
 /// Class of loads that decides the meaning of the Morse index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Loads {
+pub enum LoadClass {
     /// Loads with a potential: the index decides stability.
     Conservative,
     /// Loads without a potential: the index is computed for the same loads kept dead.
@@ -34,7 +34,7 @@ pub enum Loads {
     Followed,
 }
 
-impl Loads {
+impl LoadClass {
     /// Class of loads with a potential (`conservative`) or turning with bodies (`followed`).
     pub fn new(conservative: bool, followed: bool) -> Self {
         match (conservative, followed) {
@@ -73,7 +73,7 @@ pub trait Subject {
     ///
     /// # Errors
     /// Those of the scene and of its rods.
-    fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State>;
+    fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<BranchState>;
 
     /// Effect of the mass of the rods at the equilibrium `x`; `None` if no mass is known, or if all of it is
     /// followed.
@@ -83,7 +83,15 @@ pub trait Subject {
     ///
     /// # Errors
     /// A fold without a normal form, or whose normal form is not found.
-    fn fold(&self, task: (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>>;
+    fn fold(&self, scene: &Scene, wanted: &Continue, at: &Point) -> Result<Option<FoldAtRest>>;
+
+    /// Motions of the equilibrium at `x` that cost nothing, by a symmetry of the scene.
+    ///
+    /// # Errors
+    /// Those of the scene.
+    fn zero_modes(&self, _: &Scene, _x: &DVector<f64>) -> Result<Vec<ZeroMode>> {
+        Ok(Vec::new())
+    }
 
     /// Columns before the index column, and the column after it.
     fn columns(&self) -> (Vec<Column>, Column);
@@ -98,7 +106,7 @@ pub trait Subject {
     ///
     /// # Errors
     /// Those of the scene and of its rods.
-    fn loads(&self, scene: &Scene) -> Result<Loads>;
+    fn loads(&self, scene: &Scene) -> Result<LoadClass>;
 
     /// Sections of every rod.
     ///

@@ -13,7 +13,7 @@ mod record;
 pub use data::Data;
 pub use record::{FitColumn, FitRecord, Parameter};
 
-use super::sweep::{Vary, cell, chance, is_extreme, outcome};
+use super::sweep::{Vary, cell, chance, is_extreme, outcome, quantity};
 use super::{Cell, Column, Hooks, Quiet, Table, Values, dispatch, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -570,7 +570,10 @@ impl Fit {
         let each = names().map(|(name, asked)| {
             let found = match name.strip_prefix(MODES) {
                 Some(path) => small.as_ref().map(|small| cell(small, path)),
-                None => summary.as_ref().map(|summary| cell(summary, name)),
+                None => match summary.as_ref().map(|summary| quantity(summary, name)) {
+                    Some(Err(absence)) if asked => return Err(Fault::NoRun(absence)),
+                    found => found.and_then(Result::ok),
+                },
             };
             match found {
                 Some(Cell::Real(x)) if x.is_finite() => Ok(x),

@@ -6,7 +6,7 @@ mod table;
 pub use table::{KernelEntry, POINTS, entries, table, times};
 
 use crate::error::{Error, Result};
-use crate::scene::{FrictionLaw, Scene, Units};
+use crate::scene::{FrictionLaw, Scene, SceneKind, Units};
 use crate::section::rate::Viscoelastic;
 use crate::viscoelastic::kernel::MemoryKernel;
 use nalgebra::Matrix6;
@@ -59,13 +59,14 @@ const FARTHEST: i32 = 300;
 /// # Errors
 /// A scene without internal friction; a section without a memory kernel.
 pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
-    if scene.is_bar() {
-        scene.body()?;
-    }
-    if scene.is_assembly() {
-        return Err(Error::domain(
-            "the memory told here is that of one rod and its end: write it as [rod] with [clamp], [body], [start] and [run] in place of [[rod]] and [[body]]",
-        ));
+    match scene.kind {
+        SceneKind::Rod => {}
+        SceneKind::Bar(_) => scene.body().map(drop)?,
+        SceneKind::Assembly(_) => {
+            return Err(Error::domain(
+                "the memory told here is that of one rod and its end: write it as [rod] with [clamp], [body], [start] and [run] in place of [[rod]] and [[body]]",
+            ));
+        }
     }
     let Some(body) = &scene.body else {
         return Err(Error::domain(

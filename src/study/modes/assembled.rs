@@ -81,12 +81,12 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
         None => small_motions(&assembly, &now, clamp, scales)?,
         Some(_) => {
             let damped = with_friction(creeping, &model, &assembly, &now)?;
-            described(&assembly, &now, (clamp, scales), Some(damped))?
+            described(&assembly, &now, clamp, scales, Some(damped))?
         }
     };
     if motions.stable && creeping.rod.mass().is_some() {
         let scales = *scales;
-        let resting = RodsAtRest::new(creeping, (assembly, now), &scales)?;
+        let resting = RodsAtRest::new(creeping, assembly, now, &scales)?;
         motions.mass = Some(resting.mass);
     }
     Ok((motions, of_start))
@@ -117,7 +117,8 @@ fn with_friction(
     let load = link.distributed();
     small_in_space(
         section,
-        (scene.moving()?, load),
+        scene.moving()?,
+        load,
         &model.common.carried,
         &strains,
     )
@@ -130,7 +131,7 @@ pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let world = Isometry3::identity();
     let mut motions = small_motions(&setup.assembly, &now, &world, &setup.scales)?;
     if motions.stable && !setup.is_heavy() {
-        let resting = RodsAtRest::new(scene, (setup.assembly, now), &setup.scales)?;
+        let resting = RodsAtRest::new(scene, setup.assembly, now, &setup.scales)?;
         motions.mass = Some(resting.mass).filter(|mass| !mass.rods.is_empty());
     }
     // Bodies settle at the equilibrium unless [start] asks for unloaded rods.
@@ -164,14 +165,15 @@ pub fn small_motions(
     clamp: &Isometry3<f64>,
     scales: &Scales,
 ) -> Result<SmallMotions> {
-    described(assembly, now, (clamp, scales), None)
+    described(assembly, now, clamp, scales, None)
 }
 
 /// Small motions about an equilibrium; `damped`: eigenvalues of a rod with friction.
 fn described(
     assembly: &Assembly,
     now: &Configuration,
-    (clamp, scales): (&Isometry3<f64>, &Scales),
+    clamp: &Isometry3<f64>,
+    scales: &Scales,
     damped: Option<SmallCreep>,
 ) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
@@ -182,7 +184,7 @@ fn described(
     let creep = damped
         .as_ref()
         .map(|damped| RelaxationRates::new(damped, scales));
-    let eigenvalues = match (damped, assembly.carriers().iter().all(is_simple)) {
+    let eigenvalues = match (damped, assembly.solids().iter().all(is_simple)) {
         (Some(damped), _) => Some(damped.rates.body),
         (None, true) => None,
         (None, false) => Some(assembly.eigenvalues(now, ALONG)?),
@@ -228,14 +230,14 @@ fn described(
         })
     };
     let found = FoundMotions {
-        coordinates: Coordinates::in_space(assembly.carriers()),
+        coordinates: Coordinates::in_space(assembly.solids()),
         index,
         conservative,
         followed,
         held_stable: !followed || held()? == 0,
         neutral: modes.neutral,
         modes: shown.map(mode).collect::<Result<_>>()?,
-        rigid: assembly.freedoms().1 - modes.squares.len(),
+        rigid: assembly.massive().len() - modes.squares.len(),
         change: 0.0,
         eigenvalues: eigenvalues.map(cleaned),
         creep,
@@ -262,10 +264,10 @@ pub(super) fn is_simple(carrier: &Body) -> bool {
 /// Twists of the bodies for a shape in their velocities.
 fn twists(assembly: &Assembly, now: &Configuration, shape: &[f64]) -> Vec<Vector6<f64>> {
     let (starts, _) = assembly.freedoms();
-    let bodies = assembly.carriers().iter().zip(&now.bodies);
-    let twists = bodies.zip(starts).map(|((carrier, place), start)| {
-        let own = DVector::from_column_slice(&shape[start..start + carrier.freedoms()]);
-        carrier.own_twists(&place.pose) * own
-    });
+    let own = assembly.own_twists(&now.bodies);
+    let twists = own
+        .iter()
+        .zip(starts)
+        .map(|(own, start)| own * DVector::from_column_slice(&shape[start..start + own.ncols()]));
     twists.collect()
 }

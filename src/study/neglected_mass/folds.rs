@@ -81,21 +81,29 @@ pub(in crate::study) struct PassedFold {
     pub eps: f64,
 }
 
-/// Folds of one branch in the order of time, with the energies of a run that continues through them. `last`: time and
-/// energies of the end; `form`: normal form of a fold.
+/// Time and energies at the end of a branch of a run.
+pub(in crate::study) struct BranchEnd {
+    pub t: f64,
+    pub ledger: Ledger,
+}
+
+/// Folds of one branch in the order of time, with the energies of a run that continues through them. `last`: the end;
+/// `form`: normal form of a fold.
 pub(in crate::study) fn passed(
-    (branch, follows): (usize, FoldTreatment),
+    branch: usize,
+    follows: FoldTreatment,
     all: &[(&Snap, Option<Ledger>)],
-    last: (f64, Ledger),
-    (k, rest): (&Scales, &MassEffect),
+    last: &BranchEnd,
+    k: &Scales,
+    rest: &MassEffect,
     form: impl Fn(&Snap) -> Option<PassedFold>,
 ) -> Vec<FoldPassed> {
     let time = |t: f64| k.outward(Quantity::Time, t);
     let each = all.iter().enumerate();
     let each = each.filter_map(|(i, (snap, ledger))| {
         let next = all.get(i + 1);
-        let until = next.map_or(last.0, |(next, _)| time(next.t));
-        let then = next.map_or(Some(last.1), |(_, ledger)| *ledger);
+        let until = next.map_or(last.t, |(next, _)| time(next.t));
+        let then = next.map_or(Some(last.ledger), |(_, ledger)| *ledger);
         let PassedFold {
             rod,
             form,

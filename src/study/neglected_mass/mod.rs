@@ -8,8 +8,8 @@ mod space;
 mod validity;
 
 pub use fold_at_rest::{FoldAtRest, MassOrigin};
+pub(in crate::study) use folds::{BranchEnd, PassedFold, passed};
 pub use folds::{FoldPassed, FoldTreatment};
-pub(in crate::study) use folds::{PassedFold, passed};
 pub(in crate::study) use plane::{PlanarRodMass, viscosity};
 pub(in crate::study) use space::{RodsAtRest, standing};
 pub(in crate::study) use validity::BouncingRod;

@@ -37,7 +37,7 @@ pub(in crate::study) struct RodsAtRest {
 pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<MassEffect> {
     let rod = scene.standing_rod(base).ok()??;
     let point = rod.link.point(0.0, &[], &rod.chart, ALONG).ok()?;
-    let modes = held_modes(&rod.massive, (&rod.link, &rod.chart, &point), 1).ok()?;
+    let modes = held_modes(&rod.massive, &rod.link, &rod.chart, &point, 1).ok()?;
     let mode = modes.first()?;
     Some(MassEffect {
         frequency_shift: None,
@@ -61,7 +61,7 @@ impl RodsAtRest {
         }
         let found = resting(&scene.frozen_at_start().ok()?).ok()?;
         let (assembly, now) = found.at;
-        Self::new(scene, (assembly, now), &scene.scales().ok()?).ok()
+        Self::new(scene, assembly, now, &scene.scales().ok()?).ok()
     }
 
     /// The rods of an assembly; `None` if no mass is known, or no equilibrium is found.
@@ -71,13 +71,14 @@ impl RodsAtRest {
             return None;
         }
         let now = setup.equilibrium().ok()?.now;
-        Self::new(scene, (setup.assembly.clone(), now), &setup.scales).ok()
+        Self::new(scene, setup.assembly.clone(), now, &setup.scales).ok()
     }
 
     /// Mass effects about an equilibrium in library units; `scales` lead to the units of the scene.
     pub fn new(
         scene: &Scene,
-        (assembly, now): (Assembly, Configuration),
+        assembly: Assembly,
+        now: Configuration,
         scales: &Scales,
     ) -> Result<Self> {
         let rods: Vec<Option<RodOfKnownMass>> = (0..assembly.links().len())
@@ -144,7 +145,7 @@ impl RodsAtRest {
         let rod = self.rods[k].as_ref()?;
         let (link, q) = (&self.assembly.links()[k], &self.now.charts[k]);
         let point = link.point(0.0, &self.now.bodies, q, ALONG).ok();
-        let modes = point.and_then(|point| held_modes(&rod.massive, (link, q, &point), 1).ok());
+        let modes = point.and_then(|point| held_modes(&rod.massive, link, q, &point, 1).ok());
         let mode = modes.and_then(|modes| modes.first().copied());
         Some(RodMass {
             frequency: mode.and_then(|mode| Some(mode.frequency()? / self.time)),
@@ -158,7 +159,7 @@ impl RodsAtRest {
     pub fn passed(&self, snap: &Snap) -> Option<PassedFold> {
         let now = snap.moving.as_ref()?;
         let link = self.assembly.links().get(snap.rod)?;
-        self.form(snap, now, (link, now.charts.get(snap.rod)?))
+        self.form(snap, now, link, now.charts.get(snap.rod)?)
     }
 
     /// Bounce of a rod; `None` if its mass is unknown.
@@ -178,18 +179,19 @@ impl RodsAtRest {
     pub fn passed_alone(&self, snap: &Snap) -> Option<PassedFold> {
         let now = snap.moving.as_ref()?;
         let link = self.assembly.links().get(snap.rod)?.alone();
-        self.form(snap, now, (&link, now.charts.first()?))
+        self.form(snap, now, &link, now.charts.first()?)
     }
 
     fn form(
         &self,
         snap: &Snap,
         now: &Configuration,
-        (link, q): (&Link, &Wrench),
+        link: &Link,
+        q: &Wrench,
     ) -> Option<PassedFold> {
         let rod = self.rods.get(snap.rod)?.as_ref()?;
         let point = link.point(snap.t, &now.bodies, q, ALONG).ok()?;
-        let (form, eta) = fold_form(&rod.massive, (link, q, &point)).ok()?;
+        let (form, eta) = fold_form(&rod.massive, link, q, &point).ok()?;
         Some(PassedFold {
             rod: rod.told.rod.clone(),
             form,

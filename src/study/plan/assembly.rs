@@ -56,7 +56,8 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
         rods.map(|rod| rod.name.as_str()).collect()
     };
     let pinned = |rod: &AssemblyRod| {
-        [&rod.from, &rod.to].map(|site| site.joint) == [Joint::Ball; 2] && !rod.rod.is_light()
+        [&rod.from, &rod.to].map(|site| site.joint.of_rod()) == [Joint::Ball; 2]
+            && !rod.rod.is_light()
     };
     plan.leave_out_of(
         some(&pinned).into_iter(),

@@ -13,6 +13,7 @@ pub use trial::Trial;
 
 use crate::error::Result;
 use crate::motion::StateVariables;
+use crate::motion::full_mass::IN_ELEMENTS;
 use crate::scene::{RodMassNote, Scene, Units};
 use crate::solve::integrator::Method;
 use serde_json::{Value, json};
@@ -94,6 +95,9 @@ pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
         Some(given) => assembly::plan(scene, given)?,
         None => rod::plan(scene)?,
     };
+    if plan.state.iter().any(|part| part.what == IN_ELEMENTS) {
+        plan.in_elements();
+    }
     plan.trial = trial::trial(scene, seconds)?;
     Ok(plan)
 }
@@ -120,6 +124,18 @@ impl Plan {
             units: scene.units,
             duration,
         }
+    }
+
+    /// Chart and steps of rods with mass in elements.
+    fn in_elements(&mut self) {
+        self.chart = choice(
+            "positions and rotations of nodes along the rods, in elements",
+            "run.tolerance of 1e-5 or coarser, and no rod.nodes: as many elements as the places ask for, which change between steps",
+        );
+        self.method = choice(
+            "implicit steps (Radau IIA, of order 9 at fine tolerances, of order 5 at others)",
+            "errors are measured in places: waves that are faster than the steps die out, as numerical_loss says; method = \"explicit\" follows them",
+        );
     }
 
     fn leave_out(&mut self, what: &str, why: impl Into<String>) {

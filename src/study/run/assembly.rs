@@ -27,7 +27,7 @@ impl AssemblyModel {
     pub fn new(scene: &Scene) -> Result<(Self, RunHeader)> {
         let setup = AssemblySetup::new(scene).map_err(|e| scene.in_own_units(e))?;
         let given = || scene.assembly().into_iter();
-        let bodies = given().flat_map(|given| &given.bodies);
+        let bodies = given().flat_map(|given| given.bodies.iter().map(move |body| (given, body)));
         let held = given().flat_map(|given| &given.rods);
         let held = held.map(|rod| (&rod.name, rod.rod.thickness(), false));
         let free = given().flat_map(|given| &given.free);
@@ -43,9 +43,13 @@ impl AssemblyModel {
             run: scene.run()?.clone(),
             fixed_nodes: scene.rod.nodes.is_some(),
             bodies: bodies
-                .map(|body| RunBody {
+                .map(|(given, body)| RunBody {
                     name: body.name.clone(),
-                    solid: Solid::of(body),
+                    solid: if given.is_negligible(body) {
+                        Solid::point()
+                    } else {
+                        Solid::of(body)
+                    },
                 })
                 .collect(),
             rods: rods

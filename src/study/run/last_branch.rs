@@ -1,6 +1,6 @@
 //! A single motion from a record: from the start to the end of the branch that ran last.
 
-use super::moment::{Frame, Moment};
+use super::moment::{FigureState, Moment};
 use super::record::{RunBranch, RunRecord};
 use crate::error::{Quantity, Result};
 
@@ -13,7 +13,7 @@ pub struct SingleMotion {
     /// Moments in the order of time, with the states before and after every snap.
     pub way: Vec<Moment>,
     /// Samples with their strains, in the order of time; empty for a planar elastic rod and for an assembly.
-    pub track: Vec<Frame>,
+    pub track: Vec<FigureState>,
     /// Snaps, then passages of a rod with friction: time, and place of the end in the plane.
     pub snaps: Vec<(f64, [f64; 2])>,
 }

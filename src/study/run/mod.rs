@@ -21,7 +21,7 @@ pub use crate::scene::ModelKind;
 pub use bounces::Bounces;
 pub use header::{RunBody, RunHeader, RunRod};
 pub use last_branch::SingleMotion;
-pub use moment::{BodyMoment, EndAction, Frame, Moment, ShapesAt};
+pub use moment::{BodyMoment, EndAction, FigureState, Moment, ShapesAt};
 pub use outward::RunBounce;
 pub use prepared::{Prepared, RunStart};
 pub use record::{RunBranch, RunRecord};

@@ -20,6 +20,8 @@ pub struct Moment {
     pub total: f64,
     /// Energy dissipated by friction in the rod so far.
     pub friction: f64,
+    /// Energy of unresolved waves that the method has taken out so far, part of the dissipated energy.
+    pub numerical_loss: f64,
     /// Labels of the equilibrium of the elastica that a planar rod is in, or near; `None` without one.
     pub labels: Option<Labels>,
     /// Morse index of the rod with its end held, in an assembly the sum over the rods; `None` off equilibrium.
@@ -52,7 +54,7 @@ pub struct EndAction {
 
 /// A state as figures show it.
 #[derive(Debug, Clone)]
-pub struct Frame {
+pub struct FigureState {
     /// The state.
     pub moment: Moment,
     /// Moving strains at the places of the strain field; empty for an elastic rod.
@@ -75,13 +77,14 @@ pub struct ShapesAt {
 impl Moment {
     /// The first body; for one rod, its end.
     pub fn end(&self) -> &BodyMoment {
-        // Every run has a body.
+        // Every run of one rod has a body.
         &self.bodies[0]
     }
 
-    /// Position of the first body; for one rod, of its end.
+    /// Position of the first body; for one rod, of its end. The origin in an assembly without bodies.
     pub fn position(&self) -> Vector3<f64> {
-        self.end().pose.translation.vector
+        let first = self.bodies.first();
+        first.map_or(Vector3::zeros(), |body| body.pose.translation.vector)
     }
 
     /// Position of the end in the plane.

@@ -148,6 +148,7 @@ impl Prepared {
             ledger: ledger.scaled(k.energy),
             total: ledger.total() * k.energy,
             friction: state.friction() * k.energy,
+            numerical_loss: state.numerical_loss() * k.energy,
             labels: None,
             index: None,
         }

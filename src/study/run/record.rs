@@ -2,7 +2,7 @@
 
 use super::bounces::Bounces;
 use super::header::RunHeader;
-use super::moment::{Frame, Moment, ShapesAt};
+use super::moment::{FigureState, Moment, ShapesAt};
 use super::spring::Spring;
 use crate::motion::full_mass::SPILL;
 use crate::motion::viscoelastic::Layer;
@@ -75,10 +75,10 @@ pub struct RunBranch {
     /// of steps and moments within steps where figures are drawn, otherwise samples.
     pub way: Vec<Moment>,
     /// Samples with their strains, thinned; empty for a planar elastic rod and for an assembly.
-    pub track: Vec<Frame>,
+    pub track: Vec<FigureState>,
     /// Ends of steps in the passages with the largest dissipation of a planar rod, thinned; the largest loss comes
     /// first.
-    pub passages: Vec<Vec<Frame>>,
+    pub passages: Vec<Vec<FigureState>>,
     /// Rods at some times, the last among them, in an assembly also the first; empty in a plane.
     pub shapes: Vec<ShapesAt>,
 }
@@ -87,6 +87,13 @@ impl RunBranch {
     /// The snap at which the branch begins, if any, and the snaps within the branch.
     pub fn all_snaps(&self) -> impl Iterator<Item = &Snap> {
         self.entered.iter().chain(&self.snaps)
+    }
+
+    /// Layers that end near equilibrium with an energy release above rounding: the snaps of a rod with friction.
+    pub fn snap_layers(&self) -> impl Iterator<Item = &Layer> {
+        let least = RELEASED * self.closing.largest;
+        let layers = self.layers.iter();
+        layers.filter(move |layer| layer.whole && layer.elastic_from - layer.elastic_to > least)
     }
 }
 
@@ -184,7 +191,8 @@ impl RunRecord {
     fn untrusted(&self) -> Option<String> {
         let (energy, units) = (self.header.scales.energy, self.header.units);
         let mut closings = self.branches.iter().map(|branch| &branch.closing);
-        let closing = closings.find(|closing| closing.is_open(energy))?;
+        let closing =
+            closings.find(|closing| closing.is_open(energy, self.header.run.tolerance))?;
         // Speed of a unit mass.
         let speed = (2.0 * closing.largest / energy).sqrt();
         let off = format!(
@@ -242,12 +250,8 @@ impl RunRecord {
         Bounces::text(all, self.header.units, self.header.is_sheet())
     }
 
-    /// Layers that end near equilibrium with an energy release above rounding: the snaps of a rod with friction.
+    /// Passages of all branches.
     pub fn passages(&self) -> impl Iterator<Item = &Layer> {
-        self.branches.iter().flat_map(|branch| {
-            let least = RELEASED * branch.closing.largest;
-            let layers = branch.layers.iter();
-            layers.filter(move |layer| layer.whole && layer.elastic_from - layer.elastic_to > least)
-        })
+        self.branches.iter().flat_map(RunBranch::snap_layers)
     }
 }

@@ -1,7 +1,7 @@
 //! Observer of a motion: writes the tables and stores data for figures.
 
 use super::bounces::Bounces;
-use super::moment::{Frame, Moment, ShapesAt};
+use super::moment::{FigureState, Moment, ShapesAt};
 use super::outward;
 use super::prepared::Prepared;
 use super::record::RunBranch;
@@ -78,11 +78,11 @@ pub(super) struct Recorder<'r> {
     bounces: Bounces,
     bounced: Vec<BouncePassed>,
     way: Thinned<Moment>,
-    track: Thinned<Frame>,
+    track: Thinned<FigureState>,
     shapes: Thinned<ShapesAt>,
-    passage: Thinned<Frame>,
+    passage: Thinned<FigureState>,
     /// Completed passages, in order of decreasing dissipation.
-    passages: Vec<Vec<Frame>>,
+    passages: Vec<Vec<FigureState>>,
     /// True if figures need moments between the samples.
     dense: bool,
 }
@@ -260,7 +260,7 @@ impl<'r> Recorder<'r> {
         })
     }
 
-    fn frame(&self, state: &dyn State) -> Frame {
+    fn frame(&self, state: &dyn State) -> FigureState {
         let (prepared, model) = (self.prepared, self.prepared.header.model);
         // Without the index in space, which no figure shows.
         let moment = match model {
@@ -272,7 +272,7 @@ impl<'r> Recorder<'r> {
             _ => Vec::new(),
         };
         let axis = axis.iter().flatten();
-        Frame {
+        FigureState {
             moment,
             strains: prepared.strains_at(state, &self.places),
             dissipation: prepared.dissipation_at(state, &self.places),
@@ -283,7 +283,7 @@ impl<'r> Recorder<'r> {
     }
 
     /// Keeps a sample with its strains, at the stride of the track, if the rod has strains; `frame` if already made.
-    fn show(&mut self, state: &dyn State, frame: Option<Frame>) {
+    fn show(&mut self, state: &dyn State, frame: Option<FigureState>) {
         if self.prepared.header.strains.is_empty() {
             return;
         }
@@ -293,7 +293,7 @@ impl<'r> Recorder<'r> {
     }
 
     /// Writes the strain field of a state.
-    fn write_strain(&mut self, table: usize, frame: &Frame) -> Result<()> {
+    fn write_strain(&mut self, table: usize, frame: &FigureState) -> Result<()> {
         let k = &self.prepared.header.scales;
         // A taut rod next to its fold may have no shape.
         let known = |strain: &Vec<f64>| strain.len() == self.places.len();
@@ -334,7 +334,7 @@ impl<'r> Recorder<'r> {
     /// Keeps the passage if its dissipation is among the largest.
     fn end_passage(&mut self) {
         let passage = std::mem::replace(&mut self.passage, Thinned::new(KEPT_OF_PASSAGE)).list;
-        let lost = |passage: &[Frame]| match passage {
+        let lost = |passage: &[FigureState]| match passage {
             [first, .., last] => last.moment.ledger.dissipated - first.moment.ledger.dissipated,
             _ => 0.0,
         };

@@ -6,8 +6,8 @@ use super::prepared::RunModel;
 use crate::elastica::FoldNormalForm;
 use crate::motion::{Bounce, Ledger, LightSnap, Snap};
 use crate::study::neglected_mass::{
-    BouncePassed, BouncingRod, FoldPassed, FoldTreatment, MassEffect, PassedFold, PlanarRodMass,
-    RodsAtRest, Validity, passed,
+    BouncePassed, BouncingRod, BranchEnd, FoldPassed, FoldTreatment, MassEffect, PassedFold,
+    PlanarRodMass, RodsAtRest, Validity, passed,
 };
 use nalgebra::Vector2;
 use std::cell::OnceCell;
@@ -80,7 +80,11 @@ impl<'p> LazyRest<'p> {
         let Some(rest) = self.get() else {
             return Vec::new();
         };
-        let (k, last) = (&header.scales, (last.t, last.ledger));
+        let k = &header.scales;
+        let last = BranchEnd {
+            t: last.t,
+            ledger: last.ledger,
+        };
         let jumps: Vec<(&Snap, Option<Ledger>)> = snaps.iter().map(|snap| (snap, None)).collect();
         let crossed = crossed.iter();
         let crossed = crossed.map(|c| (&c.snap, Some(c.ledger.scaled(k.energy))));
@@ -90,11 +94,11 @@ impl<'p> LazyRest<'p> {
         } else {
             FoldTreatment::Friction
         };
-        let of = (k, rest.mass());
-        let mut all = passed((id, FoldTreatment::Jump), &jumps, last, of, |snap| {
+        let mass = rest.mass();
+        let mut all = passed(id, FoldTreatment::Jump, &jumps, &last, k, mass, |snap| {
             rest.jump(snap)
         });
-        all.extend(passed((id, through), &crossed, last, of, |snap| {
+        all.extend(passed(id, through, &crossed, &last, k, mass, |snap| {
             rest.crossing(snap)
         }));
         all

@@ -171,6 +171,7 @@ impl RunRecord {
         }));
         if header.heavy {
             state.insert("rod_kinetic".to_owned(), json!(ledger.rod_kinetic));
+            state.insert("numerical_loss".to_owned(), json!(at.numerical_loss));
         }
         if header.in_space() && (header.is_elastic() || header.is_assembly()) {
             state.insert("index".to_owned(), json!(at.index));

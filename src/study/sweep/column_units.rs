@@ -1,7 +1,7 @@
 //! Units and meanings of the columns of a sweep.
 
-use super::Sweep;
 use super::extremes::{GREATEST, LEAST};
+use super::{SpecialName, Sweep};
 use crate::scene::{Scene, Units};
 use crate::study::dispatch;
 
@@ -20,6 +20,14 @@ impl Sweep {
             let (name, unit) = scene.described(column)?;
             let is_told = scene.units == Units::Si || unit == "rad";
             return Some([if is_told { unit } else { "" }.to_owned(), name]);
+        }
+        if let Some(name) = SpecialName::parse(column) {
+            let wanted = scene
+                .continuation
+                .as_ref()
+                .filter(|_| name.is_parameter())?;
+            let meaning = format!("{} at the special point", wanted.name);
+            return Some([wanted.parameter.unit(scene.units).to_owned(), meaning]);
         }
         let parts: Vec<&str> = column.split('.').collect();
         of_trajectory(&scene, &parts).or_else(|| {

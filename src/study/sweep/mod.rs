@@ -8,6 +8,7 @@ mod csv;
 mod directory;
 mod extremes;
 mod quantity_names;
+mod special_names;
 mod vary;
 
 pub use csv::{fields, records};
@@ -17,11 +18,12 @@ pub use vary::Vary;
 
 use super::record::DiscardRows;
 use super::run::Fields;
-use super::{Cell, Column, Csv, Hooks, Quiet, Sink, Table, dispatch};
+use super::{Cell, Column, Csv, Hooks, Quiet, Sink, Table, branch, dispatch};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use extremes::{Extremes, looked_at};
 use serde_json::{Value, json};
+use special_names::SpecialName;
 use std::ops::Range;
 
 /// A sweep.
@@ -262,6 +264,8 @@ impl Sweep {
             ]
         } else if scene.is_assembly() && scene.is_motion() {
             &["outcome", "end.t", "snaps", "energy_error.relative"]
+        } else if scene.continuation.is_some() {
+            &["complete", "LP1", "BP1"]
         } else if !scene.is_motion() {
             &["energy", "index"]
         } else if scene.is_planar() {
@@ -358,8 +362,17 @@ impl Sweep {
         match self.comes_of(point, hooks)? {
             Ok(summary) => {
                 let each = self.quantities.iter();
-                row.extend(each.map(|path| cell(&summary, path)));
-                row.push(cell(&summary, "reason"));
+                let mut why = cell(&summary, "reason");
+                row.extend(each.map(|path| {
+                    quantity(&summary, path).unwrap_or_else(|absence| {
+                        // The first absent point tells what the branch has.
+                        if why == Cell::Missing && self.asked.contains(path) {
+                            why = absence.into();
+                        }
+                        Cell::Missing
+                    })
+                }));
+                row.push(why);
             }
             Err(why) => {
                 row.extend(self.quantities.iter().map(|path| match path.as_str() {
@@ -387,6 +400,19 @@ pub(in crate::study) fn outcome(
         // Two rows of an unread table.
         run.samples = 2;
     }
+    if scene.continuation.is_some() {
+        let record = branch(&scene, &mut Quiet(hooks))?;
+        let mut summary = record.summary();
+        if record.interrupted {
+            summary["outcome"] = "interrupted".into();
+        }
+        if !record.is_complete() {
+            let ends = record.branches.curves.iter().flat_map(|curve| &curve.ends);
+            let ends: Vec<&str> = record.lost.iter().chain(ends).map(String::as_str).collect();
+            summary["reason"] = ends.join("; ").into();
+        }
+        return Ok(summary);
+    }
     if !scene.is_bar() && !scene.is_motion() {
         let (mut summary, _) = dispatch::rest(&scene)?;
         summary["events"] = Value::Array(Vec::new());
@@ -405,6 +431,17 @@ pub(in crate::study) fn outcome(
     Ok(summary)
 }
 
+/// Value of a quantity: at a path of the summary, or at a special point.
+///
+/// # Errors
+/// Reason for the absence of a special point.
+pub(in crate::study) fn quantity(summary: &Value, path: &str) -> std::result::Result<Cell, String> {
+    match SpecialName::parse(path) {
+        Some(name) => name.find(summary),
+        None => Ok(cell(summary, path)),
+    }
+}
+
 /// Value at a path of names and indices (negative: from the end); missing unless a word or number.
 pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
     let mut at = summary;
@@ -418,6 +455,11 @@ pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
         };
         at = inner;
     }
+    number(at)
+}
+
+/// Cell of a number or word.
+fn number(at: &Value) -> Cell {
     match at {
         Value::Number(number) => match number.as_i64() {
             Some(whole) => Cell::Integer(whole),

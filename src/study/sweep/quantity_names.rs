@@ -1,6 +1,6 @@
 //! Check of quantity names against the results of one point, before all others run.
 
-use super::{Interrupted, Sweep, element};
+use super::{Interrupted, SpecialName, Sweep, element};
 use crate::scene::nearest;
 use crate::study::Hooks;
 use serde_json::Value;
@@ -51,9 +51,14 @@ impl Sweep {
             quantities("", &summary, &mut all);
             let meant = nearest(path, &mut all.iter().map(String::as_str));
             let meant = meant.map_or(String::new(), |name| format!("did you mean {name}? "));
+            let further = if summary.get("special_points").is_some() {
+                "the scene has [continue], so that the results are those of its branch: a special point is named as in LP1, BP2.energy or LP@0.4 (the fold \
+                 nearest to 0.4); take [continue] out for one equilibrium"
+            } else {
+                "what happens on the way is named as in events.-1.t, and peaks as in greatest.y"
+            };
             format!(
-                "column {path}: what comes of point {point} has no such number or word; {meant}{there}; what happens on the way is named as in \
-                 events.-1.t, and peaks as in greatest.y"
+                "column {path}: what comes of point {point} has no such number or word; {meant}{there}; {further}"
             )
         }))
     }
@@ -62,6 +67,11 @@ impl Sweep {
 /// Message if a path leads to no number or word. `None` if it does, or if it may at another point: longer lists,
 /// fields of null.
 fn missing_value_message(summary: &Value, path: &str) -> Option<String> {
+    if let Some(name) = SpecialName::parse(path) {
+        // Another point may have a branch with this special point.
+        let is_branch = summary.get("special_points").is_some();
+        return name.find(summary).err().filter(|_| !is_branch);
+    }
     let mut at = summary;
     let mut way = String::new();
     for step in path.split('.') {

@@ -74,7 +74,7 @@ impl LinkEnd {
             return None;
         };
         let couple = self.resultants.fixed_rows::<3>(6).into_owned();
-        let rows = chord_rows(&self.tangent, &couple, (chord, *per_couple));
+        let rows = chord_rows(&self.tangent, &couple, chord, *per_couple);
         let by_force = rows.fixed_columns::<3>(3).into_owned();
         own_turn(&by_force, &self.force, &(self.couple * *per_couple))
     }
@@ -84,7 +84,8 @@ impl LinkEnd {
 fn chord_rows(
     tangent: &Matrix6<f64>,
     couple: &SMatrix<f64, 3, 6>,
-    (along, per_couple): (&Vector3<f64>, f64),
+    along: &Vector3<f64>,
+    per_couple: f64,
 ) -> SMatrix<f64, 3, 6> {
     along * along.transpose() * tangent.fixed_rows::<3>(3) + couple * per_couple
 }
@@ -120,7 +121,7 @@ impl Link {
             .fixed_view_mut::<3, 3>(0, 0)
             .fill_diagonal(units[0]);
         let per_couple = self.rod.length() / units[0];
-        let below = chord_rows(tangent, couple, (along, per_couple));
+        let below = chord_rows(tangent, couple, along, per_couple);
         jacobian.fixed_rows_mut::<3>(3).copy_from(&below);
         // Derivative by n alone.
         let by_force: Matrix3<f64> = below.fixed_columns::<3>(3).into_owned();

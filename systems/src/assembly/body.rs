@@ -1,9 +1,10 @@
 //! Bodies of an assembly: rigid bodies and point masses, free or in a groove.
 
+use super::guide::Guide;
 use crate::body::{EndMotion, Groove, Mass, PointMass, RigidBody};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::math::se3::{halves, join, spin, unit};
-use nalgebra::{DMatrix, Isometry3, Matrix6xX, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
 
 /// Largest distance from the groove, and relative speed across the groove, of a body at the start.
@@ -14,6 +15,9 @@ const BESIDE: f64 = 1e-9;
 pub struct Body {
     mass: Mass,
     groove: Option<Groove>,
+    guide: Option<Guide>,
+    /// True for a node, whose mass stands for none.
+    massless: bool,
     name: Option<String>,
 }
 
@@ -54,8 +58,53 @@ impl Body {
         Self {
             mass,
             groove: None,
+            guide: None,
+            massless: false,
             name: None,
         }
+    }
+
+    /// A node without mass, free or carried by a joint.
+    ///
+    /// # Errors
+    /// None: the unit mass in place of none is positive.
+    pub fn node(joint: Option<Guide>) -> Result<Self> {
+        let body = RigidBody::new(1.0, Matrix3::identity())?;
+        Ok(Self {
+            guide: joint,
+            massless: true,
+            ..Self::rigid(body)
+        })
+    }
+
+    /// A node without mass. The node bears the loads of `body`; the mass of `body` has no effect.
+    pub fn loaded_node(body: RigidBody) -> Self {
+        Self {
+            massless: true,
+            ..Self::rigid(body)
+        }
+    }
+
+    /// Confines the body to the motions that a guide on the ground leaves free.
+    #[must_use]
+    pub fn guided(mut self, guide: Guide) -> Self {
+        self.guide = Some(guide);
+        self
+    }
+
+    /// Guide of the body or node.
+    pub fn guide(&self) -> Option<&Guide> {
+        self.guide.as_ref()
+    }
+
+    /// True for a node without mass.
+    pub fn is_massless(&self) -> bool {
+        self.massless
+    }
+
+    /// Joint that carries the node; `None` for bodies, and for nodes held by rods alone.
+    pub fn joint(&self) -> Option<&Guide> {
+        self.guide.as_ref().filter(|guide| !guide.is_plane())
     }
 
     /// A rigid body.
@@ -98,6 +147,7 @@ impl Body {
     /// Label in messages of the body at index `place` of a list.
     pub fn called(&self, place: usize) -> String {
         match &self.name {
+            Some(name) if self.joint().is_some() => name.clone(),
             Some(name) => format!("body {name:?}"),
             None => format!("body {place}"),
         }
@@ -120,12 +170,20 @@ impl Body {
 
     /// Number of rotational velocities.
     pub(crate) fn turnings(&self) -> usize {
-        if self.turns() { 3 } else { 0 }
+        match &self.guide {
+            Some(guide) => guide.turnings(),
+            None if self.turns() => 3,
+            None => 0,
+        }
     }
 
     /// Number of translational velocities.
     pub(crate) fn shiftings(&self) -> usize {
-        if self.groove.is_some() { 1 } else { 3 }
+        match &self.guide {
+            Some(guide) => guide.shiftings(),
+            None if self.groove.is_some() => 1,
+            None => 3,
+        }
     }
 
     /// Number of velocities: 3 of rotation for a rigid body, plus 3 of translation, or 1 along a groove.
@@ -392,8 +450,8 @@ impl Body {
     }
 
     /// Twists of the reference point per unit of the body's own velocities; in a groove the last is the speed along
-    /// the groove.
-    pub fn own_twists(&self, pose: &Isometry3<f64>) -> Matrix6xX<f64> {
+    /// the groove. Those of a guided body are [`Guide::twists`].
+    pub(super) fn free_twists(&self, pose: &Isometry3<f64>) -> Matrix6xX<f64> {
         let turnings = self.turnings();
         let mut twists = Matrix6xX::zeros(self.freedoms());
         for i in 0..turnings {
@@ -421,6 +479,23 @@ impl Body {
         Some((tangent, across / along.norm_squared()))
     }
 
+    /// The pose as far as the body can take it: without a turn for a point mass, in the groove, in the plane.
+    pub(super) fn confined(&self, mut pose: Isometry3<f64>) -> Isometry3<f64> {
+        if !self.turns() {
+            pose.rotation = UnitQuaternion::identity();
+        }
+        if let Some(groove) = &self.groove {
+            pose.translation.vector = groove.at(groove.nearest(&pose.translation.vector))[0];
+        }
+        match self.guide().filter(|guide| guide.is_plane()) {
+            Some(plane) => {
+                let frame = plane.frame(0.0, &[]);
+                plane.pose(&frame, &plane.coordinates(&frame, &pose))
+            }
+            None => pose,
+        }
+    }
+
     /// Length along a groove from one pose to another: difference of the parameters times |x_phi| at the first.
     pub(super) fn slid(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> Option<f64> {
         let groove = self.groove.as_ref()?;
@@ -439,12 +514,13 @@ impl Body {
     }
 
     /// Mass matrix, and minus the stiffness and the damping of the loads, in the body's own velocities; `wrench` is
-    /// that of the rods. None for a body without inertia.
+    /// that of the rods, `own` are the twists per unit of these velocities. None for a body without inertia.
     pub(super) fn linear_own(
         &self,
         t: f64,
         pose: &Isometry3<f64>,
         wrench: &Vector6<f64>,
+        own: &Matrix6xX<f64>,
     ) -> Option<[DMatrix<f64>; 3]> {
         let mut wrench = *wrench;
         let force = halves(&(wrench + self.load(t, pose))).1;
@@ -454,8 +530,11 @@ impl Body {
             wrench += join(&Vector3::zeros(), &borne);
         }
         let [by_pose, by_velocity, by_wrench] = self.mass.linear_at_rest(t, pose, &wrench);
-        let mass = by_wrench.try_inverse()?;
-        let own = self.own_twists(pose);
+        let mass = if self.massless {
+            by_wrench * 0.0
+        } else {
+            by_wrench.try_inverse()?
+        };
         let own = own.rows(6 - mass.nrows(), mass.nrows());
         let mut projected =
             [&mass, &(&mass * by_pose), &(&mass * by_velocity)].map(|m| own.transpose() * m * own);

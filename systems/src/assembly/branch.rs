@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::configuration::Configuration;
-use super::equations::Frame;
+use super::equations::UnknownScales;
 use super::network::Assembly;
 use super::rod_element::{Link, LinkPoint};
 use crate::error::{Error, Result};
@@ -18,7 +18,7 @@ use nalgebra::DVector;
 /// balance and gaps alone unless the parameter changes the rods. They only set directions: no point depends on them.
 pub struct AssemblyFamily<P> {
     at: P,
-    frame: Frame,
+    frame: UnknownScales,
     bodies: usize,
     rods: usize,
     size: usize,
@@ -45,7 +45,8 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     /// A reference with other numbers of bodies or rods; the errors of the closure.
     pub fn new(
         at: P,
-        (reference, p): (&Configuration, f64),
+        reference: &Configuration,
+        p: f64,
         changes_rods: bool,
         span: f64,
         tolerance: f64,
@@ -60,7 +61,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
             )));
         }
         Ok(Self {
-            frame: Frame::new(&first, reference.bodies.iter().map(|place| place.pose)),
+            frame: UnknownScales::new(&first, reference.bodies.iter().map(|place| place.pose)),
             bodies,
             rods,
             size: first.unknowns(),
@@ -95,7 +96,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     /// The family with its unknowns counted from another reference.
     pub(super) fn counted_from(
         &self,
-        frame: Frame,
+        frame: UnknownScales,
     ) -> AssemblyFamily<impl Fn(f64) -> Result<Assembly> + use<'_, P>> {
         AssemblyFamily {
             at: |p| (self.at)(p),

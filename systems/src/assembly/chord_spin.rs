@@ -101,7 +101,8 @@ impl LinkPoint {
     pub(super) fn bent(
         &self,
         q: &Wrench,
-        (mut rates, motion): (Wrench, &RodRates),
+        mut rates: Wrench,
+        motion: &RodRates,
         second: &Vector3<f64>,
     ) -> SVector<f64, 12> {
         if let Some(turn) = self.end.own_turn() {
@@ -133,7 +134,8 @@ impl LinkPoint {
         &self,
         q: &Wrench,
         matrix: &SMatrix<f64, 12, 12>,
-        (mass, length): (f64, f64),
+        mass: f64,
+        length: f64,
     ) -> Option<Free> {
         let along = self.free_spin(q)?;
         let momentum = matrix * along;

@@ -71,7 +71,7 @@ pub struct Tube<'a> {
     diameter: f64,
     /// Carrier of the base, and of the end if that is held.
     held: Vec<&'a AttachedTo>,
-    curve: Curve,
+    curve: Centreline,
     /// Exact centreline at an arclength.
     exact: Box<dyn Fn(f64) -> Option<Jet> + 'a>,
 }
@@ -93,7 +93,7 @@ impl<'a> Tube<'a> {
             rod,
             diameter,
             held,
-            curve: Curve::through(knots, jets),
+            curve: Centreline::through(knots, jets),
             exact: Box::new(exact),
         })
     }
@@ -179,14 +179,14 @@ impl Contact {
 }
 
 /// Centreline in pieces of degree 5 between the steps of an integration.
-struct Curve {
+struct Centreline {
     knots: Vec<f64>,
     jets: Vec<Jet>,
     places: Vec<f64>,
     points: Vec<Vector3<f64>>,
 }
 
-impl Curve {
+impl Centreline {
     fn new(sections: &[RodSection], base: &Isometry3<f64>) -> Self {
         Self::through(
             sections.iter().map(|section| section.s).collect(),
@@ -325,7 +325,7 @@ fn moved(s: &Vector2<f64>, step: &Vector2<f64>, lengths: [f64; 2]) -> Vector2<f6
 }
 
 /// Interpolated centreline of a rod of an assembly with this base, its end at `held` relative to the base.
-fn traced(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option<Curve> {
+fn traced(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option<Centreline> {
     let sections = if link.is_taut(q, held) || link.distributed().is_some() {
         let at = (0..TAUT).map(|k| link.rod.length() * k as f64 / (TAUT - 1) as f64);
         let seen = link.with_base_rotation(&base.rotation);
@@ -333,7 +333,7 @@ fn traced(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option
     } else {
         link.rod.trace(&q.component_mul(&link.units()), COARSE)
     };
-    Some(Curve::new(&sections.ok()?, base))
+    Some(Centreline::new(&sections.ok()?, base))
 }
 
 /// Exact centreline of a rod of an assembly at an arclength.

@@ -8,9 +8,10 @@
 
 use super::body::BodyMotion;
 use super::configuration::Configuration;
+use super::guide::Guide;
 use super::network::Assembly;
 use super::rod_element::{EndKind, LinkPoint};
-use super::stiffness::{add, carried, lever_turned};
+use super::stiffness::add;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
@@ -27,20 +28,20 @@ const SINGULAR: f64 = 1e-13;
 
 /// Scales of the unknowns: x = (rotation vector, displacement/length) from the reference of each body, then charts.
 #[derive(Debug, Clone)]
-pub(super) struct Frame {
-    reference: Vec<Isometry3<f64>>,
+pub(super) struct UnknownScales {
+    reference: Vec<BodyMotion>,
     length: f64,
     couple: f64,
 }
 
-impl Frame {
+impl UnknownScales {
     pub(super) fn new(
         assembly: &Assembly,
         reference: impl Iterator<Item = Isometry3<f64>>,
     ) -> Self {
         let (length, couple) = assembly.scales();
         Self {
-            reference: reference.collect(),
+            reference: reference.map(BodyMotion::at_rest).collect(),
             length,
             couple,
         }
@@ -55,6 +56,23 @@ impl Frame {
             .zip(&now.bodies)
             .zip(&self.reference)
         {
+            if let Some(guide) = carrier.guide() {
+                let frames = [
+                    guide.frame(0.0, &self.reference),
+                    guide.frame(0.0, &now.bodies),
+                ];
+                let moved = guide.between((&frames[0], &from.pose), (&frames[1], &place.pose));
+                let each = moved.iter().enumerate();
+                x.extend(each.map(|(i, y)| {
+                    if i < guide.turnings() {
+                        *y
+                    } else {
+                        y / self.length
+                    }
+                }));
+                continue;
+            }
+            let from = &from.pose;
             if carrier.turns() {
                 let turn = place.pose.rotation * from.rotation.inverse();
                 x.extend(turn.scaled_axis().iter());
@@ -68,25 +86,31 @@ impl Frame {
             }
         }
         x.extend(now.charts.iter().flat_map(|q| q.iter()));
+        for i in assembly.out_of_plane() {
+            x[i] = 0.0;
+        }
         DVector::from_vec(x)
     }
 
     /// Configuration, at rest, from the unknowns.
     pub(super) fn configuration(&self, assembly: &Assembly, x: &[f64]) -> Configuration {
         let (starts, total) = assembly.freedoms();
-        let bodies = starts.iter().zip(assembly.carriers()).zip(&self.reference);
+        let mut own = x[..total].to_vec();
+        for (start, carrier) in starts.iter().zip(assembly.carriers()) {
+            let shift = &mut own[start + carrier.turnings()..start + carrier.freedoms()];
+            shift.iter_mut().for_each(|x| *x *= self.length);
+        }
         Configuration {
-            bodies: bodies
-                .map(|((start, carrier), from)| {
-                    let mut own = x[*start..start + carrier.freedoms()].to_vec();
-                    let shift = &mut own[carrier.turnings()..];
-                    shift.iter_mut().for_each(|x| *x *= self.length);
-                    BodyMotion::at_rest(carrier.moved(from, &own))
+            bodies: assembly.displaced(&self.reference, &own),
+            charts: assembly
+                .links()
+                .iter()
+                .zip(x[total..].chunks(6))
+                .map(|(link, q)| {
+                    let mut q = Vector6::from_column_slice(q);
+                    link.out_of_plane().for_each(|i| q[i] = 0.0);
+                    q
                 })
-                .collect(),
-            charts: x[total..]
-                .chunks(6)
-                .map(Vector6::from_column_slice)
                 .collect(),
             spins: Vec::new(),
         }
@@ -111,6 +135,9 @@ impl Frame {
             let gap = link.gap_scale(&point.end) * point.gap();
             residual.rows_mut(total + 6 * k, 6).copy_from(&gap);
         }
+        for i in assembly.out_of_plane() {
+            residual[i] = 0.0;
+        }
         residual
     }
 
@@ -132,15 +159,20 @@ impl Frame {
         let all = starts.iter().zip(assembly.carriers());
         let all = all.zip(bodies.iter().zip(&self.reference));
         for ((start, carrier), (place, from)) in all {
-            if carrier.turns() {
+            if carrier.guide().map_or(carrier.turns(), Guide::is_ball) {
                 let turn = left_jacobian(&Vector3::from_column_slice(&x[*start..start + 3]));
                 let mut columns = matrix.columns_mut(*start, 3);
                 let turned = &columns * turn;
                 columns.copy_from(&turned);
             }
             let (shift, count) = (start + carrier.turnings(), carrier.shiftings());
-            let stretch = self.length * carrier.stretch(from, &place.pose);
+            let stretch = self.length * carrier.stretch(&from.pose, &place.pose);
             matrix.columns_mut(shift, count).scale_mut(stretch);
+        }
+        for i in assembly.out_of_plane() {
+            matrix.row_mut(i).fill(0.0);
+            matrix.column_mut(i).fill(0.0);
+            matrix[(i, i)] = 1.0;
         }
         matrix
     }
@@ -257,25 +289,34 @@ impl Assembly {
             );
             let by_chart = point.wrenches_by_chart();
             let by_turn = point.wrenches_by_turns();
-            let levers = link.levers(bodies);
-            for (i, lever) in levers.iter().enumerate() {
-                let Some((body, arm)) = lever else { continue };
-                let (start, twists) = (starts[*body], &own_twists[*body]);
-                let onto = carried(arm).transpose();
-                let along = scale * gap_by_twists.fixed_columns::<6>(6 * i) * carried(arm);
-                add(&mut matrix, (own, start), &along, [&charts, twists]);
-                let along = onto * by_chart.fixed_rows::<6>(6 * i);
-                add(&mut matrix, (start, own), &along, [twists, &charts]);
-                for (j, other) in levers.iter().enumerate() {
-                    let Some((other, lever)) = other else {
-                        continue;
-                    };
-                    let block = onto * by_turn.fixed_view::<6, 6>(6 * i, 6 * j) * carried(lever);
-                    let to = [twists, &own_twists[*other]];
-                    add(&mut matrix, (start, starts[*other]), &block, to);
+            let sites = [&link.from, &link.to];
+            let parts = sites.map(|site| self.twists_of(site, bodies, (&starts, &own_twists)));
+            for (i, rows) in parts.iter().enumerate() {
+                for (start, twists) in rows {
+                    let along = scale * gap_by_twists.fixed_columns::<6>(6 * i);
+                    add(&mut matrix, (own, *start), &along, [&charts, twists]);
+                    let along = by_chart.fixed_rows::<6>(6 * i).into_owned();
+                    add(&mut matrix, (*start, own), &along, [twists, &charts]);
+                    for (j, columns) in parts.iter().enumerate() {
+                        let block = by_turn.fixed_view::<6, 6>(6 * i, 6 * j).into_owned();
+                        for (other, others) in columns {
+                            add(&mut matrix, (*start, *other), &block, [twists, others]);
+                        }
+                    }
                 }
-                let turned = lever_turned(arm, &halves(&point.wrenches()[i]).1);
-                add(&mut matrix, (start, start), &turned, [twists; 2]);
+                let known = (&starts[..], &own_twists[..]);
+                self.add_turned(
+                    &mut matrix,
+                    1.0,
+                    (sites[i], bodies, known),
+                    &point.wrenches()[i],
+                );
+            }
+        }
+        for (start, carrier) in starts.iter().zip(self.carriers()) {
+            let laws = carrier.guide().into_iter().flat_map(Guide::stiffnesses);
+            for (i, stiffness) in laws.enumerate() {
+                matrix[(start + i, start + i)] -= stiffness;
             }
         }
         let wrenches = self.wrenches(bodies, points);
@@ -318,7 +359,7 @@ impl Assembly {
         held: &DMatrix<f64>,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
         let total = held.nrows();
-        let frame = Frame::new(self, now.bodies.iter().map(|place| place.pose));
+        let frame = UnknownScales::new(self, now.bodies.iter().map(|place| place.pose));
         let mut matrix = self.twist_jacobian(&now.bodies, points);
         let mut bodies = matrix.view_mut((0, 0), (total, total));
         bodies -= held;

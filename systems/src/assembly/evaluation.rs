@@ -6,7 +6,7 @@ use super::configuration::Configuration;
 use super::network::Assembly;
 use super::rod_element::{EndKind, Link, LinkEnd, LinkPoint};
 use crate::error::Result;
-use crate::math::se3::halves;
+use crate::math::se3::{halves, join};
 use crate::rod::{EndConditions, Problem, Trace, Wrench};
 use nalgebra::{Isometry3, Matrix6, SMatrix, Vector3, Vector6};
 use std::borrow::Cow;
@@ -242,6 +242,19 @@ impl Assembly {
                     sums[body] += site.moved(bodies, &wrench);
                 }
             }
+        }
+        // A joint passes the wrench on its node to the body that carries the joint.
+        for (node, carrier) in self.carriers.iter().enumerate() {
+            let Some((joint, parent)) = carrier
+                .joint()
+                .and_then(|joint| Some((joint, joint.parent()?)))
+            else {
+                continue;
+            };
+            let [at, from] = [node, parent].map(|k| bodies[k].pose.translation.vector);
+            let (m, n) = halves(&sums[node]);
+            let m = if joint.is_ball() { Vector3::zeros() } else { m };
+            sums[parent] += join(&(m + (at - from).cross(&n)), &n);
         }
         sums
     }

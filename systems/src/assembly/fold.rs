@@ -5,10 +5,9 @@
 //! the power of the imbalance against the twists that l has in the place of the bodies. Under loads with a potential
 //! these are z's own, which gives l its length.
 
-use super::body::BodyMotion;
 use super::branch::AssemblyFamily;
 use super::configuration::Configuration;
-use super::equations::Frame;
+use super::equations::UnknownScales;
 use super::network::Assembly;
 use crate::error::{Error, Result};
 use crate::solve::normal_form::{normal_form, null_vectors};
@@ -31,14 +30,14 @@ pub struct AssemblyFold {
     pub mass: f64,
     /// z, of length 1 in the rates of rotation vectors, of displacements over the mean length of the rods, and of
     /// charts.
-    pub along: Motion,
+    pub along: CriticalMotion,
     /// y, the twists of the power balance; None if y = z.
-    pub against: Option<Motion>,
+    pub against: Option<CriticalMotion>,
 }
 
 /// A small motion of an assembly about an equilibrium.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
+pub struct CriticalMotion {
     now: Configuration,
     twists: DVector<f64>,
     charts: DVector<f64>,
@@ -46,17 +45,12 @@ pub struct Motion {
     pub scale: f64,
 }
 
-impl Motion {
+impl CriticalMotion {
     /// Configuration displaced by the amplitude `far`.
     pub fn at(&self, assembly: &Assembly, far: f64) -> Configuration {
-        let (starts, _) = assembly.freedoms();
-        let bodies = self.now.bodies.iter().zip(assembly.carriers()).zip(starts);
-        let moved = bodies.map(|((place, carrier), start)| {
-            let own = self.twists.rows(start, carrier.freedoms()) * far;
-            BodyMotion::at_rest(carrier.moved(&place.pose, own.as_slice()))
-        });
+        let own = &self.twists * far;
         let mut now = Configuration {
-            bodies: moved.collect(),
+            bodies: assembly.displaced(&self.now.bodies, own.as_slice()),
             charts: self.now.charts.clone(),
             spins: Vec::new(),
         };
@@ -77,7 +71,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     pub fn fold(&self, x: &DVector<f64>, p: f64) -> Result<AssemblyFold> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
-        let frame = Frame::new(&assembly, now.bodies.iter().map(|place| place.pose));
+        let frame = UnknownScales::new(&assembly, now.bodies.iter().map(|place| place.pose));
         // The same unknowns, counted from the fold.
         let family = self.counted_from(frame.clone());
         let x = family.unknowns(&now, p)?;
@@ -94,7 +88,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         let motion = |twists: DVector<f64>, charts: DVector<f64>| {
             let size: f64 = now.charts.iter().map(|q| q.norm_squared()).sum();
             let length = frame.rates(&assembly, &twists).norm_squared() + charts.norm_squared();
-            Motion {
+            CriticalMotion {
                 scale: (1.0 + size.sqrt()) / length.sqrt(),
                 now: now.clone(),
                 twists,
@@ -115,7 +109,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
             })?;
             (l * unit, Some(motion(twists, charts)))
         };
-        let [drive, bend] = normal_form(&family, (&x, p), (&l, &z))?;
+        let [drive, bend] = normal_form(&family, &x, p, &l, &z)?;
         let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance())?;
         let masses = assembly.mass_matrix(&now, &points)?;
         let y = against.as_ref().map_or(&along.twists, |y| &y.twists);

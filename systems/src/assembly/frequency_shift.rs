@@ -69,7 +69,7 @@ impl Link {
     ///
     /// # Errors
     /// As [`Link::held`]; a rod that is at no fold, or at one without a normal form.
-    pub fn fold(&self, (q, point): (&Wrench, &LinkPoint), tolerance: f64) -> Result<HeldFold> {
+    pub fn fold(&self, q: &Wrench, point: &LinkPoint, tolerance: f64) -> Result<HeldFold> {
         let seen = self.with_base_rotation(&point.base.pose.rotation);
         let scale = self.gap_scale(&point.end);
         let drive = scale * point.drive();
@@ -117,7 +117,7 @@ impl Link {
         if !dual.is_finite() {
             return Err(Error::domain("paths of equilibria cross here"));
         }
-        let [drive, bend] = normal_form(&family, (&x, 0.0), (&(l * dual), &z))?;
+        let [drive, bend] = normal_form(&family, &x, 0.0, &(l * dual), &z)?;
         Ok(HeldFold {
             at,
             along: Wrench::from_column_slice(z.as_slice()),

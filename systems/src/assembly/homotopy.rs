@@ -1,7 +1,7 @@
 //! Roots of the equations of statics: homotopy paths, falls from unstable equilibria, Newton's method.
 
 use super::configuration::Configuration;
-use super::equations::Frame;
+use super::equations::UnknownScales;
 use super::network::Assembly;
 use crate::error::{Error, Result};
 use crate::solve::arclength::{Continuation, Options, Stop};
@@ -54,7 +54,7 @@ impl FailedPath {
 /// Equations of statics at t = 0, or of a homotopy.
 pub(super) struct Statics<'a> {
     assembly: &'a Assembly,
-    pub(super) frame: Frame,
+    pub(super) frame: UnknownScales,
     pub(super) tolerance: f64,
     /// R(y0) of the homotopy with parameter p; None for the equations themselves.
     pub(super) start: Option<DVector<f64>>,
@@ -112,7 +112,7 @@ impl<'a> Statics<'a> {
     pub(super) fn new(assembly: &'a Assembly, now: &Configuration, tolerance: f64) -> Self {
         Self {
             assembly,
-            frame: Frame::new(assembly, now.bodies.iter().map(|place| place.pose)),
+            frame: UnknownScales::new(assembly, now.bodies.iter().map(|place| place.pose)),
             tolerance: (0.01 * tolerance).clamp(1e-14, 1e-9),
             start: None,
         }

@@ -17,7 +17,7 @@ const ASIDE: f64 = 1e-6;
 /// Linearisation of an assembly at a stage of an implicit step. The bodies' velocities, and displacements along them,
 /// are numbered as in [`Assembly::slots`].
 #[derive(Debug, Clone)]
-pub struct Linearised {
+pub struct LinearisedStage {
     /// Rates of the state; 0 for the charts.
     pub rates: DVector<f64>,
     /// Charts corrected onto their attachments.
@@ -35,7 +35,7 @@ pub struct Linearised {
     pub charts_by_place: DMatrix<f64>,
 }
 
-impl Linearised {
+impl LinearisedStage {
     /// Linearises a state of an implicit step; None outside the domain of a law, and for a rod at its fold.
     pub fn at(assembly: &Assembly, state: &DVector<f64>, tolerance: f64) -> Option<Self> {
         let at = assembly.evaluated(state, tolerance)?;
@@ -96,7 +96,7 @@ impl Linearised {
         let (mut power, mut loss) = (assembly.support_power(&at.points), 0.0);
         power += with_rods.as_ref().map_or(0.0, |with| with.power);
         let spins = with_rods.as_ref().map_or(&[][..], |with| &with.spins);
-        assembly.write_spin_rates(state, (&at.points, &moving), (spins, 1.0), &mut rates);
+        assembly.write_spin_rates(state, &at.points, &moving, spins, 1.0, &mut rates);
         let length = assembly.scales().0;
         for (body, (first, carrier)) in assembly.starts().enumerate() {
             let (own, count) = (starts[body], carrier.freedoms());

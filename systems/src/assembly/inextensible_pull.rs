@@ -46,6 +46,7 @@ impl Tether {
     pub fn resistance(&self, assembly: &Assembly, k: usize, at: &Evaluated) -> Option<f64> {
         let bodies = &at.now.bodies;
         let wrenches = assembly.wrenches(bodies, &at.points);
+        let own = assembly.own_twists(bodies);
         let mut give = 0.0;
         for (body, arm) in assembly
             .links()
@@ -55,9 +56,10 @@ impl Tether {
             .flatten()
         {
             let (carrier, pose) = (&assembly.carriers()[body], &bodies[body].pose);
-            let [mass, ..] = carrier.linear_own(at.integrals.time, pose, &wrenches[body])?;
+            let [mass, ..] =
+                carrier.linear_own(at.integrals.time, pose, &wrenches[body], &own[body])?;
             let pushed = join(&arm.cross(&self.along), &self.along);
-            let pushed = carrier.own_twists(pose).tr_mul(&pushed);
+            let pushed = own[body].tr_mul(&pushed);
             give += pushed.dot(&mass.cholesky()?.solve(&pushed));
         }
         Some(1.0 / give)

@@ -16,7 +16,7 @@
 
 use super::attachment::Joint;
 use super::rod_element::{Link, LinkEnd};
-use super::viscous_layer::{Layer, MOST_STEPS, split};
+use super::viscous_layer::{MOST_STEPS, RodLayer, split};
 use crate::error::{Error, Result};
 use crate::manifold::{energy_allows_landing, fold_kernel};
 use crate::math::se3::join;
@@ -67,13 +67,13 @@ impl Link {
     /// # Errors
     /// No simple fold; a flow that does not settle.
     pub fn settle(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
-        Ok(self.fallen(q, held, tolerance, (false, false))?.1)
+        Ok(self.fallen(q, held, tolerance, false, false)?.1)
     }
 
     /// True if a rod falls from its branch point `q`, where paths of equilibria cross, for every push: no stable path
     /// begins there.
     pub fn falls(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> bool {
-        self.fallen(q, held, tolerance, (false, true)).is_ok()
+        self.fallen(q, held, tolerance, false, true).is_ok()
     }
 
     /// Shapes during the fall, relative to the base, one after each step of the layer, and the landing. Shapes whose
@@ -87,7 +87,7 @@ impl Link {
         held: &Isometry3<f64>,
         tolerance: f64,
     ) -> Result<(Vec<Fallen>, Wrench)> {
-        self.fallen(q, held, tolerance, (true, false))
+        self.fallen(q, held, tolerance, true, false)
     }
 
     fn fallen(
@@ -95,19 +95,20 @@ impl Link {
         q: &Wrench,
         held: &Isometry3<f64>,
         tolerance: f64,
-        (shown, crosses): (bool, bool),
+        shown: bool,
+        crosses: bool,
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let end = self.held(q, held, tolerance)?;
         let kernel = fold_kernel(&end.jacobian)?;
         if end.is_taut() {
-            let (shapes, landed) = self.fallen_taut(q, &kernel, (held, tolerance), shown)?;
+            let (shapes, landed) = self.fallen_taut(q, &kernel, held, tolerance, shown)?;
             let landing = self.held(&landed, held, tolerance)?;
             self.check_fall(q, &end, landing.whole_energy(), tolerance)?;
             return Ok((shapes, landed));
         }
         match self.joint() {
-            Joint::Weld => self.settled::<6>(q, (&end, &kernel), tolerance, (shown, crosses)),
-            Joint::Ball => self.settled::<3>(q, (&end, &kernel), tolerance, (shown, crosses)),
+            Joint::Weld => self.settled::<6>(q, &end, &kernel, tolerance, shown, crosses),
+            Joint::Ball => self.settled::<3>(q, &end, &kernel, tolerance, shown, crosses),
         }
     }
 
@@ -216,7 +217,7 @@ impl Link {
 
     fn fitted<const D: usize>(
         &self,
-        mut layer: Layer<D>,
+        mut layer: RodLayer<D>,
         strains: &dyn Fn(&[f64]) -> Vec<Strain>,
         tolerance: f64,
     ) -> Result<Wrench> {
@@ -230,7 +231,7 @@ impl Link {
     }
 
     /// The layer of the rod with its end at `held` relative to the base, with wrench 0.
-    fn layer<const D: usize>(&self, held: &Isometry3<f64>) -> Layer<D> {
+    fn layer<const D: usize>(&self, held: &Isometry3<f64>) -> RodLayer<D> {
         let length = self.rod.length();
         let units = Measures {
             length,
@@ -251,7 +252,7 @@ impl Link {
             let at = grid.nodes().iter();
             at.map(|s| load.density(*s) * (length / force)).collect()
         });
-        Layer {
+        RodLayer {
             law,
             grid,
             held,
@@ -286,9 +287,11 @@ impl Link {
     fn settled<const D: usize>(
         &self,
         q: &Wrench,
-        (end, kernel): (&LinkEnd, &Wrench),
+        end: &LinkEnd,
+        kernel: &Wrench,
         tolerance: f64,
-        (shown, crosses): (bool, bool),
+        shown: bool,
+        crosses: bool,
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let scale = self.units();
         let wrench = join(&(end.couple / scale[0]), &(end.tip_force() / scale[3]));
@@ -374,7 +377,8 @@ impl Link {
         &self,
         q: &Wrench,
         kernel: &Wrench,
-        (held, tolerance): (&Isometry3<f64>, f64),
+        held: &Isometry3<f64>,
+        tolerance: f64,
         shown: bool,
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let here = self.solve_taut(q, held, tolerance)?;
@@ -418,7 +422,7 @@ impl Link {
     /// Chart point of the equilibrium near `strains`, with the end exactly at its attachment.
     fn charted<const D: usize>(
         &self,
-        layer: &Layer<D>,
+        layer: &RodLayer<D>,
         strains: &DVector<f64>,
         tolerance: f64,
     ) -> Result<Wrench> {

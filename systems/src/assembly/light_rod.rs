@@ -88,7 +88,7 @@ impl LightRodAt<'_> {
         let bent = match &factors {
             Some(factors) => {
                 let rates = factors.solve(&-(scale * self.constraint_curvature(&inertia)))?;
-                point.bent(q, (rates, &motion), &halves(&inertia.second).1)
+                point.bent(q, rates, &motion, &halves(&inertia.second).1)
             }
             None => SVector::zeros(),
         };
@@ -105,8 +105,9 @@ impl LightRodAt<'_> {
     /// Free spin of the rod with generalized inertia `matrix`; None if its attachments hold the rod or the spin has no
     /// inertia.
     pub fn freedom(&self, matrix: &SMatrix<f64, 12, 12>) -> Option<Free> {
-        let size = (self.sections.mass, self.link.rod().length());
-        self.point.freedom(self.q, matrix, size)
+        let length = self.link.rod().length();
+        self.point
+            .freedom(self.q, matrix, self.sections.mass, length)
     }
 
     /// Spin about the chord at which the rod's angular momentum about the chord vanishes, whatever spin the rod has.
@@ -120,9 +121,7 @@ impl LightRodAt<'_> {
     pub fn inertia(&self, motion: &RodRates, rates: Rates) -> Option<SpaceRodInertia> {
         let Self { link, q, point, .. } = *self;
         if let Some(taut) = point.end.taut() {
-            let inertia = link
-                .rod()
-                .taut_inertia(self.sections, (taut, rates), motion);
+            let inertia = link.rod().taut_inertia(self.sections, taut, rates, motion);
             return inertia.ok();
         }
         let seen = link.with_base_rotation(&point.base.pose.rotation);
@@ -130,8 +129,8 @@ impl LightRodAt<'_> {
             Some(trace) => trace.clone(),
             None => seen.traced(q, self.tolerance).ok()?,
         };
-        let rod = (q, seen.borne());
-        let inertia = (link.rod()).generalized_inertia(self.sections, rod, motion, &trace);
+        let rod = link.rod();
+        let inertia = rod.generalized_inertia(self.sections, q, seen.borne(), motion, &trace);
         inertia.ok()
     }
 

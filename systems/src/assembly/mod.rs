@@ -16,7 +16,7 @@
 //!
 //! * [`Assembly::balance`], [`Assembly::stiffness`], [`Assembly::index`]: forces, their derivatives, the Morse index.
 //! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily`]: statics, small vibrations, branches.
-//! * [`Assembly::write_slope`], [`Linearised`]: equations of motion; [`Nearness`]: contact of rods.
+//! * [`Assembly::write_slope`], [`LinearisedStage`]: equations of motion; [`Nearness`]: contact of rods.
 
 mod attachment;
 mod axial_slider;
@@ -35,6 +35,7 @@ mod fold;
 mod fold_ahead;
 mod free_end;
 mod frequency_shift;
+mod guide;
 mod homotopy;
 mod implicit;
 mod inextensible_pull;
@@ -57,10 +58,11 @@ pub use branch_point_ahead::NeutralApproach;
 pub use configuration::{Configuration, Evaluated, Integrals, Spin};
 pub use contact::{Contact, Nearness, Tube};
 pub use first_order_mass::RodMomentum;
-pub use fold::{AssemblyFold, Motion};
+pub use fold::{AssemblyFold, CriticalMotion};
 pub use free_end::FreeRod;
 pub use frequency_shift::HeldFold;
-pub use implicit::Linearised;
+pub use guide::{Guide, JointLaw};
+pub use implicit::LinearisedStage;
 pub use inextensible_pull::Tether;
 pub use landing::Landing;
 pub use modes::Modes;

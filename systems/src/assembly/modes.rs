@@ -32,6 +32,9 @@ pub struct Modes {
 const NEUTRAL: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 
+/// Cholesky factor of a mass matrix, with the indices of its velocities.
+type Massive<'a> = (&'a DMatrix<f64>, &'a [usize]);
+
 /// Modes of an assembly with straight inextensible rods, and the shift of omega^2.
 pub(super) struct SoftModes {
     pub squares: Vec<f64>,
@@ -64,15 +67,7 @@ impl Modes {
             self.charts.column(mode) * amplitude,
         );
         let mut moved = now.clone();
-        let (starts, _) = assembly.freedoms();
-        for ((place, carrier), start) in
-            moved.bodies.iter_mut().zip(assembly.carriers()).zip(starts)
-        {
-            place.pose = carrier.moved(
-                &place.pose,
-                &x.as_slice()[start..start + carrier.freedoms()],
-            );
-        }
+        moved.bodies = assembly.displaced(&now.bodies, x.as_slice());
         for (q, dq) in moved.charts.iter_mut().zip(dq.as_slice().chunks(6)) {
             *q += Vector6::from_column_slice(dq);
         }
@@ -90,19 +85,27 @@ impl Assembly {
     /// A configuration with neither stiffness nor compliance; as [`super::Link::index`].
     pub fn modes(&self, now: &Configuration, tolerance: f64) -> Result<Modes> {
         let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
-        let root = self.mass_root(now, &points)?;
+        let massive = self.massive();
+        if massive.is_empty() {
+            return Err(Error::domain(
+                "no body has a mass, and so nothing has a frequency: give a [[body]] mass and inertia",
+            ));
+        }
+        let root = self.mass_root(now, &points, &massive)?;
         let index = self.index(0.0, now, tolerance)?;
         let (squares, shapes, charts, holds) = match self.stiffness(0.0, &now.bodies, &points) {
             Ok(stiffness) => {
-                let matrix = reduced(&root, &stiffness.matrix)?;
+                let following = following(&stiffness.matrix, &massive)?;
+                let matrix = following.tr_mul(&(&stiffness.matrix * &following));
+                let matrix = reduced(&root, &matrix)?;
                 let (mut squares, mut y) = symmetric(&matrix);
                 let holds = slow_ones(&matrix, &mut squares, &mut y);
-                let shapes = back(&root, &y)?;
+                let shapes = following * back(&root, &y)?;
                 let charts = &stiffness.charts * &shapes;
                 (squares, shapes, charts, holds)
             }
             Err(_) => {
-                let soft = self.soft_modes(now, &points, &root, tolerance)?;
+                let soft = self.soft_modes(now, &points, (&root, &massive), tolerance)?;
                 (soft.squares, soft.shapes, soft.charts, false)
             }
         };
@@ -133,15 +136,19 @@ impl Assembly {
     /// As [`Assembly::modes`]; eigenvalues that do not converge.
     pub fn eigenvalues(&self, now: &Configuration, tolerance: f64) -> Result<Vec<Complex<f64>>> {
         let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
-        let root = self.mass_root(now, &points)?;
+        let massive = self.massive();
+        let root = self.mass_root(now, &points, &massive)?;
         let (k, c) = match self.stiffness(0.0, &now.bodies, &points) {
-            Ok(stiffness) => (
-                reduced(&root, &stiffness.matrix)?,
-                reduced(&root, &stiffness.damping)?,
-            ),
+            Ok(stiffness) => {
+                let following = following(&stiffness.matrix, &massive)?;
+                let [k, c] = [&stiffness.matrix, &stiffness.damping]
+                    .map(|matrix| following.tr_mul(&(matrix * &following)));
+                (reduced(&root, &k)?, reduced(&root, &c)?)
+            }
             Err(_) => {
-                let c = reduced(&root, &self.damping(now, &points)?)?;
-                self.flexible(now, &points, &root, &c, tolerance)?
+                let c = self.damping(now, &points)?;
+                let c = reduced(&root, &c.select_rows(&massive).select_columns(&massive))?;
+                self.flexible(now, &points, (&root, &massive), &c, tolerance)?
             }
         };
         let n = k.nrows();
@@ -165,12 +172,12 @@ impl Assembly {
         &self,
         now: &Configuration,
         points: &[LinkPoint],
-        root: &DMatrix<f64>,
+        (root, massive): Massive<'_>,
         c: &DMatrix<f64>,
         tolerance: f64,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
-        let (compliance, _, shift) = self.shifted_compliance(now, points, root)?;
-        let compliance = root.transpose() * compliance * root;
+        let (compliance, _, shift) = self.shifted_compliance(now, points, (root, massive))?;
+        let compliance = root.transpose() * compliance.select_rows(massive) * root;
         let svd = compliance.clone().svd(true, false);
         let directions = svd.u.unwrap_or_default();
         let rigid = tolerance.max(1e-12) * svd.singular_values.amax();
@@ -188,23 +195,32 @@ impl Assembly {
         Ok((stiffness, basis.transpose() * c * basis))
     }
 
-    /// Compliance of the bodies on added springs, (K + shift M)^-1, with the response of the charts, and the shift.
+    /// Compliance of all velocities on added springs against wrenches on those with mass, (K + shift M)^-1, with the
+    /// response of the charts, and the shift.
     fn shifted_compliance(
         &self,
         now: &Configuration,
         points: &[LinkPoint],
-        root: &DMatrix<f64>,
+        (root, massive): Massive<'_>,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>, f64)> {
         let (length, couple) = self.scales();
         // B/L^3 over the mean of the masses.
         let rotations = self.rotations();
         let shifts: Vec<usize> = (0..root.nrows())
-            .filter(|i| !rotations.contains(i))
+            .filter(|i| !rotations.contains(&massive[*i]))
             .collect();
         let masses: f64 = shifts.iter().map(|i| root.row(*i).norm_squared()).sum();
         let shift = couple / (length * length) * shifts.len() as f64 / masses;
-        let held = root * root.transpose() * shift;
+        let springs = root * root.transpose() * shift;
+        let total = self.freedoms().1;
+        let mut held = DMatrix::zeros(total, total);
+        for (i, row) in massive.iter().enumerate() {
+            for (j, column) in massive.iter().enumerate() {
+                held[(*row, *column)] = springs[(i, j)];
+            }
+        }
         let (compliance, charts) = self.held_compliance(now, points, &held)?;
+        let [compliance, charts] = [compliance, charts].map(|m| m.select_columns(massive));
         Ok((compliance, charts, shift))
     }
 
@@ -215,11 +231,12 @@ impl Assembly {
         &self,
         now: &Configuration,
         points: &[LinkPoint],
-        root: &DMatrix<f64>,
+        (root, massive): Massive<'_>,
         tolerance: f64,
     ) -> Result<SoftModes> {
-        let (compliance, charts, shift) = self.shifted_compliance(now, points, root)?;
-        let (inverse, vectors) = symmetric(&(root.transpose() * &compliance * root));
+        let (compliance, charts, shift) = self.shifted_compliance(now, points, (root, massive))?;
+        let own = compliance.select_rows(massive);
+        let (inverse, vectors) = symmetric(&(root.transpose() * own * root));
         let rigid = tolerance.max(1e-12) * inverse.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let mut kept: Vec<usize> = (0..inverse.len())
             .filter(|i| inverse[*i].abs() > rigid)
@@ -237,13 +254,19 @@ impl Assembly {
         })
     }
 
-    /// Cholesky factor L of the mass matrix M = L L^T.
+    /// Cholesky factor L of the mass matrix M = L L^T of some velocities. Nodes among them have a unit mass.
     pub(super) fn mass_root(
         &self,
         now: &Configuration,
         points: &[LinkPoint],
+        some: &[usize],
     ) -> Result<DMatrix<f64>> {
-        let factors = self.mass_matrix(now, points)?.cholesky();
+        let mut mass = self.mass_matrix(now, points)?;
+        let massive = self.massive();
+        for i in (0..mass.nrows()).filter(|i| !massive.contains(i)) {
+            mass[(i, i)] = 1.0;
+        }
+        let factors = mass.select_rows(some).select_columns(some).cholesky();
         factors.map(|factors| factors.l()).ok_or_else(|| {
             Error::ill_conditioned("the mass matrix is not positive definite to rounding: a body has next to no inertia about some axis")
         })
@@ -264,7 +287,7 @@ impl Assembly {
         let links = 0..self.links().len();
         let shape = links.map(|k| {
             let at = evenly(self.links()[k].rod().length(), count);
-            self.sections(t, now, (k, &at), tolerance)
+            self.sections(t, now, k, &at, tolerance)
         });
         let free = self.free().iter();
         shape
@@ -280,7 +303,8 @@ impl Assembly {
         &self,
         t: f64,
         now: &Configuration,
-        (k, at): (usize, &[f64]),
+        k: usize,
+        at: &[f64],
         tolerance: f64,
     ) -> Result<Vec<RodSection>> {
         let (link, q) = (&self.links()[k], &now.charts[k]);
@@ -292,6 +316,30 @@ impl Assembly {
             &base,
         ))
     }
+}
+
+/// Motions of all velocities per unit of those with mass, the others in balance.
+fn following(stiffness: &DMatrix<f64>, massive: &[usize]) -> Result<DMatrix<f64>> {
+    let total = stiffness.nrows();
+    let light: Vec<usize> = (0..total).filter(|i| !massive.contains(i)).collect();
+    if light.is_empty() {
+        return Ok(DMatrix::identity(total, total));
+    }
+    let rows = stiffness.select_rows(&light);
+    let own = rows.select_columns(&light).lu();
+    let answer = own.solve(&-rows.select_columns(massive)).ok_or_else(|| {
+        Error::ill_conditioned(
+            "a joint, or a node without mass, moves without force: no frequency follows from the masses alone; hold it, or give the joint a stiffness",
+        )
+    })?;
+    let mut all = DMatrix::zeros(total, massive.len());
+    for (column, row) in massive.iter().enumerate() {
+        all[(*row, column)] = 1.0;
+    }
+    for (i, row) in light.iter().enumerate() {
+        all.row_mut(*row).copy_from(&answer.row(i));
+    }
+    Ok(all)
 }
 
 /// L^-1 A L^-T.

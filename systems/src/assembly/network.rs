@@ -1,11 +1,14 @@
 //! An assembly as data: bodies, rods, names, and the counts of unknowns.
 
-use super::body::Body;
+use super::attachment::Attachment;
+use super::body::{Body, BodyMotion};
 use super::free_end::FreeRod;
+use super::guide::Guide;
 use super::rod_element::{LightRod, Link, RodChart};
 use crate::body::Support;
 use crate::error::{Error, Result};
 use crate::rod::SectionMass;
+use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// Bodies and the rods between them.
@@ -25,9 +28,44 @@ impl Assembly {
     /// No body; a rod that ends on a body that is not in the list, on the body that it begins on, or on a point mass
     /// that it is welded to; a body that no rod reaches.
     pub fn new(carriers: Vec<Body>, links: Vec<Link>) -> Result<Self> {
-        if carriers.is_empty() {
-            return Err(Error::domain("an assembly has one body at least"));
+        if links.is_empty() {
+            return Err(Error::domain("an assembly has one rod at least"));
         }
+        for (node, carrier) in carriers.iter().enumerate() {
+            let Some(parent) = carrier.joint().and_then(Guide::parent) else {
+                continue;
+            };
+            let aside = carrier
+                .joint()
+                .is_some_and(|joint| joint.on().place.translation.vector != Vector3::zeros());
+            let holds = |body: &Body| {
+                (body.turns() || !aside) && body.groove().is_none() && body.joint().is_none()
+            };
+            if !(parent < node && carriers.get(parent).is_some_and(holds)) {
+                return Err(Error::domain(format!(
+                    "a joint sits on body {parent}: only a body with an inertia, outside of grooves, can carry one"
+                )));
+            }
+        }
+        let reached = |body: usize| {
+            let on = |site: &Attachment| site.carried_by() == Some(body);
+            links.iter().any(|link| on(&link.from) || on(&link.to))
+                || carriers
+                    .iter()
+                    .any(|node| node.joint().is_some_and(|joint| on(joint.on())))
+        };
+        if let Some(body) = (0..carriers.len()).find(|body| !reached(*body)) {
+            return Err(Error::domain(format!("no rod reaches body {body}")));
+        }
+        Self::of_heavy_rods(carriers, links)
+    }
+
+    /// The assembly of the bodies and of the rods with held ends of one whose rods have all of their mass: a rod with a
+    /// free end may be the only one that reaches a body, and there may be no body.
+    ///
+    /// # Errors
+    /// As [`Assembly::new`], but for missing and unreached bodies.
+    pub fn of_heavy_rods(carriers: Vec<Body>, links: Vec<Link>) -> Result<Self> {
         for (k, link) in links.iter().enumerate() {
             for (site, joint) in [&link.from, &link.to].into_iter().zip(link.joints()) {
                 let Some(body) = site.carried_by() else {
@@ -54,15 +92,6 @@ impl Assembly {
                     "rod {k} begins and ends on body {body}"
                 )));
             }
-        }
-        let reached = |body: usize| {
-            links.iter().any(|link| {
-                let mut sites = [&link.from, &link.to].into_iter();
-                sites.any(|site| site.carried_by() == Some(body))
-            })
-        };
-        if let Some(body) = (0..carriers.len()).find(|body| !reached(*body)) {
-            return Err(Error::domain(format!("no rod reaches body {body}")));
         }
         Ok(Self {
             carriers,
@@ -96,6 +125,13 @@ impl Assembly {
     /// The bodies.
     pub fn carriers(&self) -> &[Body] {
         &self.carriers
+    }
+
+    /// The bodies without the nodes of joints, which come last.
+    pub fn solids(&self) -> &[Body] {
+        let joints = self.carriers.iter().rev();
+        let joints = joints.take_while(|carrier| carrier.joint().is_some());
+        &self.carriers[..self.carriers.len() - joints.count()]
     }
 
     /// The rods.
@@ -150,10 +186,47 @@ impl Assembly {
         (starts.collect(), total)
     }
 
+    /// Indices of the velocities of bodies that have a mass; nodes have none.
+    pub fn massive(&self) -> Vec<usize> {
+        let (starts, _) = self.freedoms();
+        let all = starts.iter().zip(self.carriers());
+        all.filter(|(_, carrier)| !carrier.is_massless())
+            .flat_map(|(start, carrier)| *start..start + carrier.freedoms())
+            .collect()
+    }
+
+    /// Bodies at rest, displaced from `places` by their own velocities. A joint moves with the body that carries it.
+    pub(super) fn displaced(&self, places: &[BodyMotion], own: &[f64]) -> Vec<BodyMotion> {
+        let mut moved: Vec<BodyMotion> = Vec::with_capacity(places.len());
+        let mut start = 0;
+        for (carrier, place) in self.carriers.iter().zip(places) {
+            let own = &own[start..start + carrier.freedoms()];
+            start += carrier.freedoms();
+            let pose = match carrier.guide() {
+                None => carrier.moved(&place.pose, own),
+                Some(guide) => {
+                    let from = guide.frame(0.0, places);
+                    guide.moved((&from, &place.pose), &guide.frame(0.0, &moved), own)
+                }
+            };
+            moved.push(BodyMotion::at_rest(pose));
+        }
+        moved
+    }
+
     /// Number of unknowns of statics: one per velocity of the bodies, and six chart components per rod.
     pub(super) fn unknowns(&self) -> usize {
         let bodies: usize = self.carriers.iter().map(Body::freedoms).sum();
         bodies + 6 * self.links.len()
+    }
+
+    /// Unknowns of statics that vanish in a planar assembly.
+    pub fn out_of_plane(&self) -> Vec<usize> {
+        let bodies: usize = self.carriers.iter().map(Body::freedoms).sum();
+        let links = self.links.iter().enumerate();
+        links
+            .flat_map(|(k, link)| link.out_of_plane().map(move |i| bodies + 6 * k + i))
+            .collect()
     }
 
     /// Mean length of the rods, and largest of their couple units B/L.
@@ -167,11 +240,9 @@ impl Assembly {
     /// Indices of the rotational velocities among those of all bodies.
     pub(super) fn rotations(&self) -> Vec<usize> {
         let (starts, _) = self.freedoms();
-        let rigid = starts
-            .iter()
-            .zip(self.carriers())
-            .filter(|(_, carrier)| carrier.turns());
-        rigid.flat_map(|(start, _)| *start..start + 3).collect()
+        let all = starts.iter().zip(self.carriers());
+        all.flat_map(|(start, carrier)| *start..start + carrier.turnings())
+            .collect()
     }
 
     /// The assembly with rods that have a free end ([`Assembly::shapes`] returns them after the others).

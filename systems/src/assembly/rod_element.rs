@@ -34,6 +34,8 @@ pub struct Link {
     pub(super) clamp_turns: bool,
     pub(super) diameter: Option<f64>,
     pub(super) load: Option<LoadOnRod>,
+    /// Director, 0 or 1, about which the rod of a planar assembly bends.
+    pub(super) bent_about: Option<usize>,
 }
 
 /// Chart of a rod, and the tie between end and attachment.
@@ -241,6 +243,7 @@ impl Link {
             clamp_turns: false,
             diameter: None,
             load: None,
+            bent_about: None,
         }
     }
 
@@ -266,6 +269,20 @@ impl Link {
         let [origin, end] = [Attachment::ground, |place| Attachment::body(0, place)]
             .map(|on: fn(Isometry3<f64>) -> Attachment| on(Isometry3::identity()));
         Self::with_joints(self.rod.clone(), origin, end, self.joints)
+    }
+
+    /// Confines the rod of a planar assembly to bending about one director of its base, 0 or 1, which is along the
+    /// normal. The rod itself must be stiff against all other strains.
+    #[must_use]
+    pub fn bent_about(mut self, director: Option<usize>) -> Self {
+        self.bent_about = director;
+        self
+    }
+
+    /// Components of the chart, and of the gap, that vanish in a planar assembly.
+    pub(super) fn out_of_plane(&self) -> impl Iterator<Item = usize> {
+        let held = self.bent_about.map(|k| [1 - k, 2, 3 + k]);
+        held.into_iter().flatten()
     }
 
     /// Gives the rod a contact diameter: a run stops at self-contact or contact with another such rod.

@@ -100,7 +100,7 @@ impl Assembly {
 
     /// Indices in a state of the bodies' poses, and of their velocities; the latter include the spins of rods, which
     /// have rates of their own.
-    pub fn slots(&self) -> (Vec<usize>, Vec<usize>) {
+    pub fn slots(&self) -> [Vec<usize>; 2] {
         let (mut places, mut velocities) = (Vec::new(), Vec::new());
         for (start, carrier) in self.starts() {
             let end = start + carrier.numbers();
@@ -108,7 +108,7 @@ impl Assembly {
             velocities.extend(end - carrier.freedoms()..end);
         }
         velocities.extend(self.spin_slots().flat_map(|(_, slots)| slots));
-        (places, velocities)
+        [places, velocities]
     }
 
     /// Writes the rates of the bodies' poses alone, which need no rods.
@@ -208,8 +208,10 @@ impl Assembly {
     pub(super) fn write_spin_rates(
         &self,
         state: &DVector<f64>,
-        (points, charts): (&[LinkPoint], &[Wrench]),
-        (changes, pace): (&[(usize, f64)], f64),
+        points: &[LinkPoint],
+        charts: &[Wrench],
+        changes: &[(usize, f64)],
+        pace: f64,
         out: &mut DVector<f64>,
     ) {
         for (k, slots) in self.spin_slots() {
@@ -321,7 +323,7 @@ impl Assembly {
             spins = together.spins;
         }
         let charts = self.charts(out);
-        self.write_spin_rates(state, (points, &charts), (&spins, rate), out);
+        self.write_spin_rates(state, points, &charts, &spins, rate, out);
         for ((start, carrier), wrench) in self.starts().zip(&wrenches) {
             let slots = start..start + carrier.numbers();
             let (driven, lost) = carrier.write_rates(

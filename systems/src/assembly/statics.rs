@@ -10,14 +10,15 @@
 use super::attachment::{AttachedTo, Attachment};
 use super::body::{Body, BodyMotion};
 use super::configuration::Configuration;
+use super::guide::Guide;
 use super::homotopy::{BRIEF, FAR, FailedPath, PathBounds, Root, Statics, settled, solved};
 use super::network::Assembly;
 use super::rod_element::Link;
 use crate::error::{Error, Result};
 use crate::math::se3::join;
-use crate::rod::Wrench;
+use crate::rod::{EndConditions, Problem, Wrench};
 use crate::solve::parametrised_problem::Family;
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 
 /// An equilibrium of an assembly.
@@ -179,7 +180,11 @@ impl Assembly {
         let starts = straight.chain(bent).map(|(route, bend, other)| {
             let charts = (0..self.links().len()).map(|k| {
                 let sign = if other && k % 2 == 1 { -1.0 } else { 1.0 };
-                join(&(Vector3::from(bend) * sign), &Vector3::zeros())
+                let bend = match self.links()[k].bent_about {
+                    Some(normal) => Vector3::ith(normal, bend[0] + bend[1]),
+                    None => Vector3::from(bend),
+                };
+                join(&(bend * sign), &Vector3::zeros())
             });
             let start = self.laid_out(charts.collect(), &origin, tolerance)?;
             Ok((start, route))
@@ -210,6 +215,17 @@ impl Assembly {
     pub fn is_held(&self) -> bool {
         let mut held = vec![false; self.carriers().len()];
         for _ in 0..held.len() {
+            // A joint and the body that carries it hold each other.
+            for (node, carrier) in self.carriers().iter().enumerate() {
+                match carrier.joint().map(Guide::parent) {
+                    Some(None) => held[node] = true,
+                    Some(Some(parent)) => {
+                        let both = held[node] || held[parent];
+                        (held[node], held[parent]) = (both, both);
+                    }
+                    None => {}
+                }
+            }
             for link in self.links() {
                 let ends = [&link.from, &link.to].map(|site| site.carried_by());
                 if ends.iter().any(|end| end.is_none_or(|body| held[body])) {
@@ -220,10 +236,49 @@ impl Assembly {
         held.iter().all(|held| *held)
     }
 
+    /// Poses with joints turned to where the ends of their rods stand that are free to turn there. Rods with joints at
+    /// both ends are left as they are.
+    fn turned_joints(&self, mut bodies: Vec<BodyMotion>) -> Vec<BodyMotion> {
+        for link in self.links() {
+            let node = |site: &Attachment| {
+                let node = site.carried_by()?;
+                self.carriers()[node].joint().map(|joint| (node, joint))
+            };
+            let (rod, fixed, (number, joint)) = match (node(&link.from), node(&link.to)) {
+                (None, Some(node)) => (Ok(link.rod.clone()), &link.from, node),
+                (Some(node), None) => (link.rod.reversed(), &link.to, node),
+                _ => continue,
+            };
+            let half = UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0));
+            let turned = |pose: Isometry3<f64>| match node(&link.to) {
+                Some(_) => pose,
+                None => pose * half,
+            };
+            let clamp = turned(fixed.at(0.0, &bodies).pose);
+            let at = bodies[number].pose.translation.vector;
+            let free = || {
+                let rod = rod
+                    .ok()?
+                    .with_clamp(clamp.translation.vector, clamp.rotation);
+                let problem = Problem::new(rod, EndConditions::ball(at), 1e-9).ok()?;
+                let found = problem.solve(None).ok()?;
+                problem.sections(&found.base, &[1.0]).ok()?.pop()
+            };
+            if let Some(end) = free() {
+                let frame = joint.frame(0.0, &bodies);
+                let seen = turned(end.pose());
+                let pose = joint.pose(&frame, &joint.coordinates(&frame, &seen));
+                bodies[number] = BodyMotion::at_rest(if joint.is_ball() { seen } else { pose });
+            }
+        }
+        bodies
+    }
+
     /// A guess for [`Assembly::equilibrium`] from poses of the bodies alone: each rod in an equilibrium between its
     /// attachments, slightly bent if none is found.
     pub fn held(&self, bodies: Vec<BodyMotion>, tolerance: f64) -> Configuration {
         let bent = join(&Vector3::from(BENDS[0].0), &Vector3::zeros());
+        let bodies = self.turned_joints(bodies);
         let chart = |link: &Link| {
             let (base, tip) = (link.from().at(0.0, &bodies), link.to().at(0.0, &bodies));
             let end = base.pose.inv_mul(&tip.pose);
@@ -363,12 +418,36 @@ impl Assembly {
     pub(super) fn statical_energy(&self, now: &Configuration, points: &[super::LinkPoint]) -> f64 {
         let bodies = self.carriers().iter().zip(&now.bodies);
         let potential: f64 = bodies
-            .map(|(carrier, place)| carrier.potential(0.0, &place.pose))
+            .map(|(carrier, place)| {
+                let joint =
+                    |guide: &Guide| guide.potential(&guide.frame(0.0, &now.bodies), &place.pose);
+                carrier.potential(0.0, &place.pose) + carrier.guide().map_or(0.0, joint)
+            })
             .sum();
         let rods = points
             .iter()
             .map(|point| point.end.energy + point.potential());
         rods.sum::<f64>() + potential
+    }
+
+    /// Places joints on bodies that are placed, and bodies at joints that are placed, each joint as it is unloaded.
+    fn place_joints(&self, placed: &mut [Option<Isometry3<f64>>]) {
+        for (node, carrier) in self.carriers().iter().enumerate() {
+            let Some(joint) = carrier.joint() else {
+                continue;
+            };
+            match joint.parent() {
+                None => placed[node] = Some(joint.frame(0.0, &[])),
+                Some(parent) => match (placed[node], placed[parent]) {
+                    (None, Some(pose)) => placed[node] = Some(pose * joint.on().place),
+                    (Some(pose), None) => {
+                        let pose = pose * joint.on().place.inverse();
+                        placed[parent] = Some(self.carriers()[parent].confined(pose));
+                    }
+                    _ => {}
+                },
+            }
+        }
     }
 
     /// Poses of bodies given the charts of the rods, rod by rod from the ground: a body stands at the end of the
@@ -388,6 +467,7 @@ impl Assembly {
         let mut placed: Vec<Option<Isometry3<f64>>> = vec![None; self.carriers().len()];
         // A ball joint leaves the rotation of a body open: rods that are welded at both ends lead first.
         let mut by_joints = false;
+        self.place_joints(&mut placed);
         loop {
             let before = placed.iter().flatten().count();
             let rods = self.links().iter().zip(&ends);
@@ -406,18 +486,11 @@ impl Assembly {
                     }
                     _ => None,
                 };
-                if let Some((body, mut pose)) = new {
-                    let carrier = &self.carriers()[body];
-                    if !carrier.turns() {
-                        pose.rotation = UnitQuaternion::identity();
-                    }
-                    if let Some(groove) = carrier.groove() {
-                        let nearest = groove.nearest(&pose.translation.vector);
-                        pose.translation.vector = groove.at(nearest)[0];
-                    }
-                    placed[body] = Some(pose);
+                if let Some((body, pose)) = new {
+                    placed[body] = Some(self.carriers()[body].confined(pose));
                 }
             }
+            self.place_joints(&mut placed);
             let led = placed.iter().flatten().count() > before;
             if led || !by_joints {
                 by_joints = !led;

@@ -1,7 +1,9 @@
 //! Stiffness matrix of an assembly against small displacements of its bodies, and its Morse index (theory 3.4).
 
+use super::attachment::Attachment;
 use super::body::BodyMotion;
 use super::configuration::Configuration;
+use super::guide::Guide;
 use super::network::Assembly;
 use super::rod_element::{EndKind, Link, LinkPoint};
 use crate::error::{Error, Result};
@@ -33,6 +35,13 @@ pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f6
         .copy_from(&(n.cross_matrix() * lever.cross_matrix()));
     turned
 }
+
+/// An attachment with the places of the bodies, the index of the first velocity of each, and their own twists.
+type Placed<'a> = (
+    &'a Attachment,
+    &'a [BodyMotion],
+    (&'a [usize], &'a [Matrix6xX<f64>]),
+);
 
 /// Rotation of the end, in radians per rod length of the attachment's motion, beyond which the rod is at a fold.
 const STEEP: f64 = 1e7;
@@ -195,25 +204,108 @@ pub struct Stiffness {
 
 impl Assembly {
     /// Twists of each body per unit of the body's own velocities.
-    pub(super) fn own_twists(&self, bodies: &[BodyMotion]) -> Vec<Matrix6xX<f64>> {
+    pub fn own_twists(&self, bodies: &[BodyMotion]) -> Vec<Matrix6xX<f64>> {
         let all = self.carriers().iter().zip(bodies);
-        all.map(|(carrier, place)| carrier.own_twists(&place.pose))
-            .collect()
+        all.map(|(carrier, place)| match carrier.guide() {
+            Some(guide) => guide.twists(&guide.frame(0.0, bodies), &place.pose),
+            None => carrier.free_twists(&place.pose),
+        })
+        .collect()
+    }
+
+    /// Twist of an attachment per unit of the velocities that move it: those of its body, or those of its joint and
+    /// of the body that carries the joint. Each part comes with the index of its first velocity.
+    pub(super) fn twists_of(
+        &self,
+        site: &Attachment,
+        bodies: &[BodyMotion],
+        (starts, own): (&[usize], &[Matrix6xX<f64>]),
+    ) -> Vec<(usize, Matrix6xX<f64>)> {
+        let Some((body, lever)) = site.lever(bodies) else {
+            return Vec::new();
+        };
+        let mut parts = vec![(starts[body], carried(&lever) * &own[body])];
+        if let Some(parent) = self.carriers()[body].joint().and_then(Guide::parent) {
+            let [node, from] = [body, parent].map(|k| bodies[k].pose.translation.vector);
+            let mut twists = carried(&(node + lever - from)) * &own[parent];
+            if self.carriers()[body].joint().is_some_and(Guide::is_ball) {
+                twists.fixed_rows_mut::<3>(0).fill(0.0);
+            }
+            parts.push((starts[parent], twists));
+        }
+        parts
+    }
+
+    /// Adds `sign` times the change of the action of a fixed wrench at an attachment, as motions turn levers and the
+    /// axes of joints.
+    pub(super) fn add_turned(
+        &self,
+        to: &mut DMatrix<f64>,
+        sign: f64,
+        (site, bodies, (starts, own)): Placed<'_>,
+        wrench: &Vector6<f64>,
+    ) {
+        let Some((body, lever)) = site.lever(bodies) else {
+            return;
+        };
+        let n = halves(wrench).1;
+        let mut around = |arm: &Vector3<f64>, k: usize| {
+            let turned = lever_turned(arm, &n) * sign;
+            add(to, (starts[k], starts[k]), &turned, [&own[k]; 2]);
+        };
+        let Some(joint) = self.carriers()[body].guide() else {
+            around(&lever, body);
+            return;
+        };
+        around(&lever, body);
+        let (frame, pose) = (joint.frame(0.0, bodies), &bodies[body].pose);
+        let here = site.moved(bodies, wrench);
+        let (by_spin, by_first) = joint.turned(&frame, pose, &here);
+        if let Some((row, column, value)) = by_first {
+            to[(starts[body] + row, starts[body] + column)] += sign * value;
+        }
+        let Some(parent) = joint.parent() else {
+            return;
+        };
+        let spins = own[parent].fixed_rows::<3>(0);
+        for (i, by_spin) in by_spin.iter().enumerate() {
+            let row = by_spin.transpose() * spins * sign;
+            let mut view = to.view_mut((starts[body] + i, starts[parent]), row.shape());
+            view += row;
+        }
+        let [node, from] = [body, parent].map(|k| bodies[k].pose.translation.vector);
+        let arm = node + lever - from;
+        let turned = lever_turned(&arm, &n) * sign;
+        add(
+            to,
+            (starts[parent], starts[parent]),
+            &turned,
+            [&own[parent]; 2],
+        );
+        for (i, couple) in joint.slid(&frame, &n) {
+            let column = spins.tr_mul(&couple) * sign;
+            let mut view = to.view_mut((starts[parent], starts[body] + i), column.shape());
+            view += column;
+        }
     }
 
     /// Wrench on each body, rods and loads together, about its reference point, in the body's own velocities: three
     /// components for a point mass; in a groove the last is the force along the groove. 0 at an equilibrium.
     pub fn balance(&self, t: f64, bodies: &[BodyMotion], points: &[LinkPoint]) -> DVector<f64> {
-        let wrenches = self.wrenches(bodies, points);
-        let parts =
-            self.carriers()
-                .iter()
-                .zip(bodies)
-                .zip(&wrenches)
-                .map(|((carrier, place), wrench)| {
-                    let all = wrench + carrier.load(t, &place.pose);
-                    carrier.own_twists(&place.pose).tr_mul(&all)
-                });
+        let (wrenches, own) = (self.wrenches(bodies, points), self.own_twists(bodies));
+        let all = self
+            .carriers()
+            .iter()
+            .zip(bodies)
+            .zip(wrenches.iter().zip(&own));
+        let parts = all.map(|((carrier, place), (wrench, own))| {
+            let mut part = own.tr_mul(&(wrench + carrier.load(t, &place.pose)));
+            if let Some(guide) = carrier.guide() {
+                let actions = guide.actions(&guide.frame(t, bodies), &place.pose);
+                part += DVector::from_vec(actions);
+            }
+            part
+        });
         let parts: Vec<f64> = parts
             .flat_map(|part| part.iter().copied().collect::<Vec<_>>())
             .collect();
@@ -247,34 +339,33 @@ impl Assembly {
                     self.rod_name(k)
                 ))
             })?;
-            let levers = link.levers(bodies);
-            for (i, lever) in levers.iter().enumerate() {
-                let Some((row, arm)) = lever else { continue };
-                let onto = carried(arm).transpose();
-                for (j, lever) in levers.iter().enumerate() {
-                    let Some((column, other)) = lever else {
-                        continue;
-                    };
-                    let block = onto * by.fixed_view::<6, 6>(6 * i, 6 * j) * carried(other);
-                    let at = (starts[*row], starts[*column]);
-                    add(&mut sum.matrix, at, &-block, [&own[*row], &own[*column]]);
+            let sites = [&link.from, &link.to];
+            let ends = sites.map(|site| self.twists_of(site, bodies, (&starts, &own)));
+            for (i, rows) in ends.iter().enumerate() {
+                for (j, columns) in ends.iter().enumerate() {
+                    let block = -by.fixed_view::<6, 6>(6 * i, 6 * j);
+                    for (row, twists) in rows {
+                        for (column, others) in columns {
+                            let at = (*row, *column);
+                            add(&mut sum.matrix, at, &block, [twists, others]);
+                        }
+                    }
                 }
-                let n = halves(&point.wrenches()[i]).1;
-                let at = (starts[*row], starts[*row]);
-                add(
-                    &mut sum.matrix,
-                    at,
-                    &-lever_turned(arm, &n),
-                    [&own[*row]; 2],
-                );
+                let known = (&starts[..], &own[..]);
+                let wrench = &point.wrenches()[i];
+                self.add_turned(&mut sum.matrix, -1.0, (sites[i], bodies, known), wrench);
             }
-            for (j, lever) in levers.iter().enumerate() {
-                let Some((column, other)) = lever else {
-                    continue;
-                };
-                let block = chart.fixed_columns::<6>(6 * j) * carried(other);
-                let at = (6 * k, starts[*column]);
-                add(&mut sum.charts, at, &block, [&charts, &own[*column]]);
+            for (j, columns) in ends.iter().enumerate() {
+                let block = chart.fixed_columns::<6>(6 * j).into_owned();
+                for (column, others) in columns {
+                    add(&mut sum.charts, (6 * k, *column), &block, [&charts, others]);
+                }
+            }
+        }
+        for (start, carrier) in starts.iter().zip(self.carriers()) {
+            let laws = carrier.guide().into_iter().flat_map(Guide::stiffnesses);
+            for (i, stiffness) in laws.enumerate() {
+                sum.matrix[(start + i, start + i)] += stiffness;
             }
         }
         let parts = self.linear_bodies(t, bodies, points)?;
@@ -296,12 +387,14 @@ impl Assembly {
         bodies: &[BodyMotion],
         points: &[LinkPoint],
     ) -> Result<Vec<[DMatrix<f64>; 3]>> {
-        let wrenches = self.wrenches(bodies, points);
-        let all = self.carriers().iter().zip(bodies).zip(&wrenches);
-        let parts = all.map(|((carrier, place), wrench)| {
-            let linear = carrier.linear_own(t, &place.pose, wrench);
-            linear.ok_or_else(|| Error::ill_conditioned("a body without inertia"))
-        });
+        let (wrenches, own) = (self.wrenches(bodies, points), self.own_twists(bodies));
+        let all = self.carriers().iter().zip(bodies);
+        let parts = all
+            .zip(wrenches.iter().zip(&own))
+            .map(|((carrier, place), (wrench, own))| {
+                let linear = carrier.linear_own(t, &place.pose, wrench, own);
+                linear.ok_or_else(|| Error::ill_conditioned("a body without inertia"))
+            });
         parts.collect()
     }
 
@@ -351,10 +444,13 @@ impl Assembly {
     pub fn index(&self, t: f64, now: &Configuration, tolerance: f64) -> Result<usize> {
         let points = self.points(t, &now.bodies, &now.charts, tolerance)?;
         let negative = match self.stiffness(t, &now.bodies, &points) {
+            _ if self.freedoms().1 == 0 => 0,
             Ok(stiffness) => self.negative(&stiffness.matrix, tolerance),
             Err(_) => {
-                let root = self.mass_root(now, &points)?;
-                let soft = self.soft_modes(now, &points, &root, tolerance)?;
+                // The index does not depend on the masses: nodes count with a mass of their own.
+                let all: Vec<usize> = (0..self.freedoms().1).collect();
+                let root = self.mass_root(now, &points, &all)?;
+                let soft = self.soft_modes(now, &points, (&root, &all), tolerance)?;
                 let below = -10.0 * tolerance * soft.shift;
                 soft.squares.iter().filter(|x| **x < below).count()
             }

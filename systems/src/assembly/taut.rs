@@ -22,7 +22,7 @@ use super::attachment::Joint;
 use super::rod_element::{EndKind, Link, LinkEnd, LinkPoint, LoadTerms, RodChart};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use crate::rod::{RodSection, Spring, Taut, Tip, Wrench};
+use crate::rod::{RodSection, Spring, Taut, TautLoad, Tip, Wrench};
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3};
 use std::sync::Arc;
 
@@ -243,11 +243,14 @@ impl Link {
         let base = q.component_mul(&self.units());
         let spring = self.spring_beside(held);
         let last = self.last_taut.last();
-        let load = (self.borne(), self.base_turns());
+        let load = self.borne().map(|along| TautLoad {
+            along,
+            turns: self.base_turns(),
+        });
         let begun = |start: Option<&Taut>| {
             let found = self
                 .rod
-                .taut_beside(&base, (&tip, &spring), load, start, tolerance)?;
+                .taut_beside(&base, &tip, &spring, load, start, tolerance)?;
             let off = (found.end.position - held.translation.vector).norm();
             let units = self.units();
             let couple = (halves(&found.base).0 / units[0] - halves(q).0).norm();

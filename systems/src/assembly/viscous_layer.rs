@@ -7,7 +7,7 @@ use crate::solve::dop853::Dop853;
 use crate::viscoelastic::grid::Grid;
 use crate::viscoelastic::kinematics::{AtEnd, Kinematics, Local};
 use crate::viscoelastic::reduced::solve;
-use crate::viscoelastic::space::{Curve, Space};
+use crate::viscoelastic::space::{FramedCurve, Space};
 use nalgebra::{DMatrix, DVector, Isometry3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ const FELT: f64 = 1e-12;
 const SHOWN: f64 = 0.02;
 
 /// The layer of one rod, in the units of the rod and the directors of the base.
-pub(super) struct Layer<const D: usize> {
+pub(super) struct RodLayer<const D: usize> {
     pub law: Arc<dyn SectionLaw>,
     pub grid: Grid,
     pub held: Isometry3<f64>,
@@ -45,7 +45,7 @@ pub(super) fn split(strains: &DVector<f64>) -> Vec<Local<6>> {
         .collect()
 }
 
-impl<const D: usize> Layer<D> {
+impl<const D: usize> RodLayer<D> {
     /// Twist from the held pose of the end to its present pose.
     fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
         let turn = (end.rotation * self.held.rotation.inverse()).scaled_axis();
@@ -104,7 +104,7 @@ impl<const D: usize> Layer<D> {
     }
 
     /// Resultants of the load along the rod at its nodes.
-    fn borne(&self, curve: &Curve, nodes: usize) -> Vec<Local<6>> {
+    fn borne(&self, curve: &FramedCurve, nodes: usize) -> Vec<Local<6>> {
         match &self.load {
             Some(load) => {
                 Space::<6, D>::new()

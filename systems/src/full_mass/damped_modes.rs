@@ -66,7 +66,8 @@ impl Springs {
 /// Eigenvalues that are not found.
 pub(super) fn decaying(
     modes: &[Vibration],
-    ([stiffness, damping], conservative): ([&DMatrix<f64>; 2], bool),
+    [stiffness, damping]: [&DMatrix<f64>; 2],
+    conservative: bool,
     branches: &[Branch],
     count: usize,
 ) -> Result<Vec<Complex<f64>>> {

@@ -104,7 +104,9 @@ impl HeldMode {
 /// As [`Link::shape`]; a chart point that is none of this section law; a rod that is not resolved.
 pub fn held_modes(
     massive: &Massive,
-    (link, q, point): (&Link, &Wrench, &LinkPoint),
+    link: &Link,
+    q: &Wrench,
+    point: &LinkPoint,
     count: usize,
 ) -> Result<Vec<HeldMode>> {
     let back = point.base.pose.rotation.inverse();
@@ -128,8 +130,8 @@ pub fn held_modes(
     loop {
         let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
         let size = grid.len() * given.law.active().len();
-        let strains = strains((link, q, point), grid.nodes())?;
-        let (found, left) = at_nodes(&given, grid, &strains, (&end, link.joints()), count)?;
+        let strains = strains(link, q, point, grid.nodes())?;
+        let (found, left) = at_nodes(&given, grid, &strains, &end, link.joints(), count)?;
         let squares: Vec<f64> = found.iter().map(|mode| mode.square).collect();
         if last.as_ref().is_some_and(|last| alike(last, &squares)) {
             if !(left <= BALANCED * (1.0 + end.norm())) {
@@ -150,7 +152,7 @@ pub fn held_modes(
 }
 
 /// Strains at points in [0, 1], in growing order.
-fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Result<Vec<Strain>> {
+fn strains(link: &Link, q: &Wrench, point: &LinkPoint, places: &[f64]) -> Result<Vec<Strain>> {
     let seen = link.with_base_rotation(&point.base.pose.rotation);
     let length = link.rod().length();
     let at: Vec<f64> = places.iter().map(|s| s * length).collect();
@@ -252,7 +254,8 @@ pub struct Resistance {
 /// Those of the sweeps; strains outside the section law; a rod that is not resolved.
 pub fn resistance(
     massive: &Massive,
-    (z, y): (&Sweep, Option<&Sweep>),
+    z: &Sweep,
+    y: Option<&Sweep>,
     chord: Option<&[Vector3<f64>; 2]>,
 ) -> Result<Resistance> {
     let outside = || Error::domain("the strains of the rod are outside its section law");
@@ -339,9 +342,11 @@ impl Swept {
 /// As [`Link::fold`] and [`resistance`].
 pub fn fold_form(
     massive: &Massive,
-    (link, q, point): (&Link, &Wrench, &LinkPoint),
+    link: &Link,
+    q: &Wrench,
+    point: &LinkPoint,
 ) -> Result<(FoldNormalForm, f64)> {
-    let fold = link.fold((q, point), ALONG)?;
+    let fold = link.fold(q, point, ALONG)?;
     let seen = link.with_base_rotation(&point.base.pose.rotation);
     let (held, length) = (point.held(), link.rod().length());
     let chord = point.end.pose.translation.vector;
@@ -366,7 +371,7 @@ pub fn fold_form(
     };
     let along = Sweep::new(&along, 1.0 + fold.at.norm())?;
     let ends = pins.then(|| [Vector3::zeros(), chord.normalize()]);
-    let against = resistance(massive, (&along, None), ends.as_ref())?;
+    let against = resistance(massive, &along, None, ends.as_ref())?;
     let form = FoldNormalForm {
         drive: fold.drive,
         bend: fold.bend,
@@ -393,7 +398,8 @@ fn at_nodes(
     given: &RodDescription,
     grid: Grid,
     strains: &[Strain],
-    (end, joints): (&Vector6<f64>, [Joint; 2]),
+    end: &Vector6<f64>,
+    joints: [Joint; 2],
     count: usize,
 ) -> Result<(Vec<HeldMode>, f64)> {
     let outside = || Error::domain("the strains of the held rod are outside its section law");

@@ -127,7 +127,8 @@ impl Memory {
     fn add<T: ComplexField<RealField = f64> + Copy>(
         &self,
         factor: impl Fn(f64) -> T,
-        (q, z): (&[T], &[T]),
+        q: &[T],
+        z: &[T],
         out: &mut [T],
     ) {
         let (count, size) = (self.active.len(), self.size());
@@ -147,7 +148,7 @@ impl Memory {
 
     /// Adds the resultants of the springs, at the weights of the nodes.
     pub fn push(&self, q: &[f64], z: &[f64], out: &mut [f64]) {
-        self.add(|_| 1.0, (q, z), out);
+        self.add(|_| 1.0, q, z, out);
     }
 
     /// Adds to the right of the balance the contributions of the right-hand sides of dashpots, and of the strains
@@ -155,14 +156,15 @@ impl Memory {
     pub fn eliminate<T: ComplexField<RealField = f64> + Copy>(
         &self,
         sigma: T,
-        (q, z): (&[T], &[T]),
+        q: &[T],
+        z: &[T],
         out: &mut [T],
     ) {
         let factor = |time: f64| {
             let time = T::from_real(time);
             -time / (T::one() + sigma * time)
         };
-        self.add(factor, (q, z), out);
+        self.add(factor, q, z, out);
     }
 
     /// Overwrites the right-hand sides of the dashpots with their changes, from those of the coordinates.

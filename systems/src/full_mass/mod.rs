@@ -17,6 +17,7 @@
 //! * [`rod`]: the balance above with its exact linearisation; energies.
 //! * [`assembly`]: one or several rods between bodies, the ground and supports: differential equations, equilibria,
 //!   rates tangent to the equilibria, small motions.
+//! * [`elements`]: the rods as chains of elements, with positions and rotations as coordinates.
 //! * [`held_vibrations`]: vibrations of a light rod whose ends are held.
 //! * [`vibration`]: the slowest vibrations of a stiffness and a mass.
 //!
@@ -24,6 +25,7 @@
 
 pub mod assembly;
 mod damped_modes;
+pub mod elements;
 pub mod frames;
 pub mod held_vibrations;
 pub mod law;

@@ -10,12 +10,13 @@ use super::maxwell_nodes::Memory;
 use crate::assembly::{AttachedTo, BodyMotion, Tube};
 use crate::body::{EndMotion, Mass, MassLinear, PointMass, RigidBody};
 use crate::error::{Error, Result};
-use crate::math::se3::join;
+use crate::math::se3::{Turn, halves, join, spin as spin_of, unit};
 use crate::rod::DistributedLoad;
 use crate::section::Strain;
 use crate::viscoelastic::grid::{FEWEST, Grid};
 use nalgebra::{
-    DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector1, Vector3, Vector6,
+    DMatrix, DVector, Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector1, Vector3,
+    Vector6,
 };
 
 /// Description of a rod with mass, independent of the nodes of [`HeavyRod`].
@@ -170,6 +171,29 @@ impl RodDescription {
         breaks.dedup_by(|a, b| *a - *b < 1e-12);
         breaks
     }
+
+    /// Mass of a piece of the rod at s, of the part `weight` of the rod, and the dead force on it.
+    fn weight_of_piece(&self, s: f64, weight: f64) -> (f64, Vector3<f64>) {
+        let mass = self.mass * weight;
+        let force = self.distributed.as_ref();
+        let force = force.map_or(Vector3::zeros(), |load| load.density(s));
+        let force = force * (self.law.length() * weight);
+        (mass, self.grain.constant() * mass + force)
+    }
+
+    /// A piece of the rod at s, of the part `weight` of the rod, with a rotary inertia per length.
+    ///
+    /// # Errors
+    /// A mass or an inertia that is not positive, a force that is not finite.
+    pub(super) fn piece(&self, s: f64, weight: f64, inertia: Matrix3<f64>) -> Result<RigidBody> {
+        let (mass, force) = self.weight_of_piece(s, weight);
+        let along = self.law.length() * weight;
+        let piece = RigidBody::new(mass, inertia * along)?.with_dead_force(force)?;
+        Ok(match self.grain.support() {
+            Some(support) => piece.with_support(support.clone()),
+            None => piece,
+        })
+    }
 }
 
 impl HeavyRod {
@@ -184,25 +208,14 @@ impl HeavyRod {
                 given.mass
             )));
         }
-        let length = given.law.length();
         let piece = |(s, weight): (&f64, &f64)| -> Result<Mass> {
-            let mass = given.mass * weight;
-            let along = length * weight;
-            let force = given.distributed.as_ref();
-            let force = force.map_or(Vector3::zeros(), |load| load.density(*s)) * along;
-            let weight_of = given.grain.constant() * mass + force;
-            let body = match given.rotary {
-                None => Mass::Point(held(PointMass::new(mass)?, weight_of, &given.grain)?),
-                Some(inertia) => {
-                    let piece =
-                        RigidBody::new(mass, inertia * along)?.with_dead_force(weight_of)?;
-                    Mass::Rigid(match given.grain.support() {
-                        Some(support) => piece.with_support(support.clone()),
-                        None => piece,
-                    })
+            Ok(match given.rotary {
+                None => {
+                    let (mass, weight_of) = given.weight_of_piece(*s, *weight);
+                    Mass::Point(held(PointMass::new(mass)?, weight_of, &given.grain)?)
                 }
-            };
-            Ok(body)
+                Some(inertia) => Mass::Rigid(given.piece(*s, *weight, inertia)?),
+            })
         };
         let pieces = grid.nodes().iter().zip(grid.weights()).map(piece);
         let mut masses = pieces.collect::<Result<Vec<_>>>()?;
@@ -262,6 +275,56 @@ impl HeavyRod {
             weights: weights.collect(),
         });
         self
+    }
+
+    /// Motions of the sections at places in [0, 1], of a base with this pose and twist; None in the plane, whose rods
+    /// have no other strains than their curvature.
+    pub(super) fn motions(
+        &self,
+        at: &RodState,
+        base: Isometry3<f64>,
+        twist: Vector6<f64>,
+        places: &[f64],
+    ) -> Option<Vec<BodyMotion>> {
+        if self.given.curve == Curve::Plane {
+            return None;
+        }
+        let (grid, length) = (&self.sections.grid, self.given.law.length());
+        let nodes = 0..grid.len();
+        let turned = |i: usize, v: Vector3<f64>| at.shape.directors[i] * v * length;
+        let (spin, velocity) = halves(&twist);
+        let strain = |i: usize| halves(&at.strains[i]);
+        let rate = |i: usize| halves(&at.rates[i]);
+        let bends: Vec<_> = nodes.clone().map(|i| turned(i, rate(i).0)).collect();
+        let tangents: Vec<_> = nodes.clone().map(|i| turned(i, strain(i).1)).collect();
+        let faster = nodes
+            .clone()
+            .map(|i| at.flow.spins[i].cross(&tangents[i]) + turned(i, rate(i).1));
+        let faster: Vec<_> = faster.collect();
+        // p' = p u/2 of the quaternions, of one sign along the rod.
+        let first = base.rotation.quaternion();
+        let first = Turn::new(first.w, first.i, first.j, first.k);
+        let mut before = first;
+        let turnings = nodes.map(|i| {
+            let frame = Rotation3::from_matrix_unchecked(at.shape.directors[i]);
+            let p = UnitQuaternion::from_rotation_matrix(&frame);
+            let p = Turn::new(p.w, p.i, p.j, p.k);
+            let p = if p.dot(&before) < 0.0 { -p } else { p };
+            before = p;
+            spin_of(&p, &strain(i).0) * length
+        });
+        let turnings: Vec<Turn> = turnings.collect();
+        let motion = |s: &f64| BodyMotion {
+            pose: Isometry3::from_parts(
+                (base.translation.vector + grid.integral_at(&tangents, *s)).into(),
+                unit(&(first + grid.integral_at(&turnings, *s))),
+            ),
+            twist: join(
+                &(spin + grid.integral_at(&bends, *s)),
+                &(velocity + grid.integral_at(&faster, *s)),
+            ),
+        };
+        Some(places.iter().map(motion).collect())
     }
 
     /// Centreline of this rod, number `rod`, with its ends held as given, if it has a contact diameter.

@@ -336,7 +336,8 @@ impl Spins {
         eta: &Quads,
         own: &[NodeRotation],
         base: Option<usize>,
-        (couples, gathered): (&[Vector3<f64>], &[Turn]),
+        couples: &[Vector3<f64>],
+        gathered: &[Turn],
     ) -> DMatrix<f64> {
         let rows = self.q[0].nrows();
         let columns = eta[0].ncols();

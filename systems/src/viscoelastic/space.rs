@@ -20,7 +20,7 @@ use crate::math::small_matrices::{add_times, times};
 use crate::section::Strain;
 use nalgebra::{DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4};
 use rotations::{Scratch, integrate, turn};
-use stages8::{End, Flowing, LANES, Lanes, Loading};
+use stages8::{EndPose, Flowing, LANES, Lanes, Loading};
 
 /// Rods in space.
 ///
@@ -47,7 +47,7 @@ pub struct Room {
 
 /// A framed curve: sections at the nodes and at the end.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Curve {
+pub struct FramedCurve {
     turns: Vec<Turn>,
     directors: Vec<Matrix3<f64>>,
     positions: Vec<Vector3<f64>>,
@@ -57,7 +57,7 @@ pub struct Curve {
     defect: f64,
 }
 
-impl Curve {
+impl FramedCurve {
     /// r at the nodes.
     pub fn positions(&self) -> &[Vector3<f64>] {
         &self.positions
@@ -171,7 +171,7 @@ impl<const M: usize, const D: usize> Space<M, D> {
     pub fn section_at(
         &self,
         grid: &Grid,
-        curve: &Curve,
+        curve: &FramedCurve,
         strains: &[Local<M>],
         s: f64,
     ) -> Isometry3<f64> {
@@ -210,7 +210,7 @@ impl<const M: usize, const D: usize> Space<M, D> {
 }
 
 impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
-    type Shape = Curve;
+    type Shape = FramedCurve;
     type Room = Room;
     type Pose = Isometry3<f64>;
     const PLACE: usize = if D == 6 { 7 } else { 3 };
@@ -219,7 +219,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         &self,
         grid: &Grid,
         strains: &[Local<M>],
-        curve: &mut Curve,
+        curve: &mut FramedCurve,
         room: &mut Room,
     ) -> Option<()> {
         let n = grid.len();
@@ -266,7 +266,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         finite.then_some(())
     }
 
-    fn pose(&self, curve: &Curve) -> Isometry3<f64> {
+    fn pose(&self, curve: &FramedCurve) -> Isometry3<f64> {
         curve.end
     }
 
@@ -303,7 +303,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 lanes[k] = state;
                 wrenches[k] = [m.x, m.y, m.z, n.x, n.y, n.z];
             }
-            let mut reached = [End::default(); LANES];
+            let mut reached = [EndPose::default(); LANES];
             let loading = Loading {
                 grid,
                 places: &Self::places(),
@@ -325,7 +325,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         true
     }
 
-    fn transfer(&self, curve: &Curve, i: usize) -> SMatrix<f64, M, D> {
+    fn transfer(&self, curve: &FramedCurve, i: usize) -> SMatrix<f64, M, D> {
         let across = curve.directors[i].transpose();
         let mut q = SMatrix::<f64, M, D>::zeros();
         if D == 6 {
@@ -348,7 +348,13 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
     /// ```text
     /// dm_i = R_i^T (M_i x phi_i + (dr(1) - dr_i) x n1),   dn_i = R_i^T (n1 x phi_i),   M_i = m1 + x_i x n1.
     /// ```
-    fn load_stiffness(&self, grid: &Grid, curve: &Curve, w: &AtEnd<D>, out: &mut DMatrix<f64>) {
+    fn load_stiffness(
+        &self,
+        grid: &Grid,
+        curve: &FramedCurve,
+        w: &AtEnd<D>,
+        out: &mut DMatrix<f64>,
+    ) {
         let n = grid.len();
         let (m1, n1) = Self::wrench(w);
         let (m1_cross, n1_cross) = (m1.cross_matrix(), n1.cross_matrix());
@@ -403,14 +409,14 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         }
     }
 
-    fn borne(&self, grid: &Grid, curve: &Curve, force: &[Vector3<f64>]) -> Borne<M> {
+    fn borne(&self, grid: &Grid, curve: &FramedCurve, force: &[Vector3<f64>]) -> Borne<M> {
         distributed_load::borne(grid, curve, force)
     }
 
     fn borne_stiffness(
         &self,
         grid: &Grid,
-        curve: &Curve,
+        curve: &FramedCurve,
         force: &[Vector3<f64>],
         out: &mut DMatrix<f64>,
     ) {
@@ -423,7 +429,13 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
     /// d omega/du = -[C] R,
     /// d r_t/du = (C r(1)^T - r C^T - (C . x) + [P] - weight [int a] [x]) R,   d r_t/dv = (weight [int a] - [C]) R.
     /// ```
-    fn convection(&self, grid: &Grid, curve: &Curve, rates: &[Local<M>], out: &mut DMatrix<f64>) {
+    fn convection(
+        &self,
+        grid: &Grid,
+        curve: &FramedCurve,
+        rates: &[Local<M>],
+        out: &mut DMatrix<f64>,
+    ) {
         let mut sums: Vec<SVector<f64, 6>> = Vec::with_capacity(grid.len());
         let mut total = Vector3::zeros();
         for (i, (directors, rate)) in curve.directors.iter().zip(rates).enumerate() {
@@ -462,7 +474,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
 
     /// The larger of two estimates: the rotation error by |p| of the quaternions, and the position error by the next
     /// coefficients of r' if they fall like the last. The pose of the end is more accurate, about the square of this.
-    fn defect(&self, grid: &Grid, curve: &Curve) -> f64 {
+    fn defect(&self, grid: &Grid, curve: &FramedCurve) -> f64 {
         grid.elements()
             .iter()
             .fold(curve.defect, |defect, element| {

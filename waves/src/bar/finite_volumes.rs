@@ -13,7 +13,7 @@
 //! Without slopes every D is positive, whatever the impedances.
 
 use super::edge::Edge;
-use super::{Bar, End, EndState, Extremes, LOWER, Ledger, Motion, Snapshot, no_time};
+use super::{Bar, BarMotion, End, EndState, Extremes, LOWER, Ledger, Snapshot, no_time};
 use snaprod_core::error::{Cause, Error, Result, Stuck};
 
 /// A bar in motion by finite volumes.
@@ -418,7 +418,7 @@ impl FiniteVolumes {
     }
 }
 
-impl Motion for FiniteVolumes {
+impl BarMotion for FiniteVolumes {
     fn time(&self) -> f64 {
         self.time
     }

@@ -26,7 +26,7 @@ pub enum Stress {
 /// A law with its density.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    kind: Kind,
+    kind: MaterialKind,
     density: f64,
     /// Interval of stretches around 1 in which the stress grows: the speed of waves is real.
     reach: [f64; 2],
@@ -37,7 +37,7 @@ pub struct Material {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum MaterialKind {
     /// Coefficients of j, j^2, j^3, k with j = I1 - 3, k = I2 - 3.
     Invariants([f64; 4]),
     Polynomial(Vec<f64>),
@@ -68,12 +68,12 @@ impl Material {
     pub fn new(stress: &Stress, density: f64) -> Result<Self> {
         positive("density", density)?;
         let kind = match stress {
-            Stress::Linear(modulus) => Kind::Polynomial(vec![*modulus]),
-            Stress::NeoHookean(c) => Kind::Invariants([*c, 0.0, 0.0, 0.0]),
-            Stress::Mooney(c1, c2) => Kind::Invariants([*c1, 0.0, 0.0, *c2]),
-            Stress::Biderman(b) => Kind::Invariants(*b),
-            Stress::Polynomial(a) => Kind::Polynomial(a.clone()),
-            Stress::Table(rows) => Kind::Table(knots(rows)?),
+            Stress::Linear(modulus) => MaterialKind::Polynomial(vec![*modulus]),
+            Stress::NeoHookean(c) => MaterialKind::Invariants([*c, 0.0, 0.0, 0.0]),
+            Stress::Mooney(c1, c2) => MaterialKind::Invariants([*c1, 0.0, 0.0, *c2]),
+            Stress::Biderman(b) => MaterialKind::Invariants(*b),
+            Stress::Polynomial(a) => MaterialKind::Polynomial(a.clone()),
+            Stress::Table(rows) => MaterialKind::Table(knots(rows)?),
         };
         let slope = kind.jet(1.0)[2];
         if !(slope > 0.0 && slope.is_finite()) {
@@ -178,7 +178,7 @@ impl Material {
             .iter()
             .fold(true, |inside, &x| inside & (low < x) & (x < high));
         let out = lam.iter().zip(sigma.iter_mut().zip(slope));
-        if let Kind::Invariants([c1, 0.0, 0.0, c2]) = self.kind {
+        if let MaterialKind::Invariants([c1, 0.0, 0.0, c2]) = self.kind {
             for (&lam, (sigma, slope)) in out {
                 let r = 1.0 / lam;
                 let r3 = r * r * r;
@@ -195,7 +195,7 @@ impl Material {
 
     /// Phi(to) - Phi(from), the integral of the speed, to rounding: the change of velocity across a fan.
     pub fn phi(&self, from: f64, to: f64) -> f64 {
-        let Kind::Table(knots) = &self.kind else {
+        let MaterialKind::Table(knots) = &self.kind else {
             return self.panel(from, to);
         };
         let (low, high) = (from.min(to), from.max(to));
@@ -280,7 +280,7 @@ impl Material {
     }
 }
 
-impl Kind {
+impl MaterialKind {
     #[inline]
     fn jet(&self, lam: f64) -> [f64; 4] {
         match self {

@@ -259,7 +259,7 @@ impl Scheme {
 }
 
 /// A bar in motion.
-pub trait Motion {
+pub trait BarMotion {
     /// The time.
     fn time(&self) -> f64;
 
@@ -272,7 +272,7 @@ pub trait Motion {
     /// Goes on until the time `until`.
     ///
     /// # Errors
-    /// As [`Motion::go`].
+    /// As [`BarMotion::go`].
     fn advance(&mut self, until: f64) -> Result<(), Stuck> {
         loop {
             self.go(until, usize::MAX)?;
@@ -313,7 +313,7 @@ pub fn motion(
     cells: usize,
     time_step: Option<f64>,
     unstable: bool,
-) -> Result<Box<dyn Motion>> {
+) -> Result<Box<dyn BarMotion>> {
     if let Some(step) = time_step {
         positive("time_step", step)?;
     }

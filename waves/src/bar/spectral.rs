@@ -1,6 +1,6 @@
 //! One spectral element: polynomials through Legendre-Gauss-Lobatto nodes, diagonal mass, DOP853. For smooth motions.
 
-use super::{Bar, End, EndState, Extremes, Ledger, Motion, Snapshot};
+use super::{Bar, BarMotion, End, EndState, Extremes, Ledger, Snapshot};
 use nalgebra::{DMatrix, DVector};
 use snaprod_core::error::{Cause, Error, Result, Stuck};
 use snaprod_core::math::gauss::{Rule, legendre};
@@ -177,7 +177,7 @@ impl Element {
     }
 }
 
-impl Motion for Spectral {
+impl BarMotion for Spectral {
     fn time(&self) -> f64 {
         self.state()[2 * self.element.x.len() + 2]
     }

@@ -3,7 +3,7 @@
 //! The thesis proves h/dt > sqrt(6) c (5.28) for consistent and h/dt > sqrt(2) c (5.34) for lumped mass. These
 //! suffice while the motion is smooth, but instability begins later, at c dt/h = 1/sqrt(3) and 1.
 
-use super::{Bar, End, Lattice, Material, Motion, Scheme, Stress};
+use super::{Bar, BarMotion, End, Lattice, Material, Scheme, Stress};
 use snaprod_core::body::History;
 use snaprod_core::error::Result;
 use std::f64::consts::PI;

@@ -5,7 +5,7 @@ use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
 /// Position of a section and its derivatives by q, times `scale`, in axes that turn with the force ([`EndMotion`]).
-pub(super) type Field<T> = [[T; 2]; 3];
+pub(super) type PlaceByChart<T> = [[T; 2]; 3];
 
 /// Motion of the end.
 pub(super) struct EndMotion {
@@ -27,7 +27,7 @@ pub(super) struct EndMotion {
 /// Integrand without gravity: the scaled r_q^T r_q, r_q^T `left`, and r_q x r_q at a section. `left`: the scaled r_tt
 /// at constant q', without the term of [`EndMotion::spin`].
 #[inline(always)]
-pub(super) fn inertia_integrand<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
+pub(super) fn inertia_integrand<T: Real>([_, p, l]: &PlaceByChart<T>, left: &[T; 2]) -> [T; 6] {
     [
         dot(p, p),
         dot(p, l),
@@ -40,7 +40,10 @@ pub(super) fn inertia_integrand<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) ->
 
 /// Integrand with gravity: [`inertia_integrand`], then the scaled derivatives of the position by q, and the position.
 #[inline(always)]
-pub(super) fn inertia_integrand_with_weight<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 12] {
+pub(super) fn inertia_integrand_with_weight<T: Real>(
+    field: &PlaceByChart<T>,
+    left: &[T; 2],
+) -> [T; 12] {
     let [n11, n12, n22, f1, f2, turned] = inertia_integrand(field, left);
     let [w, p, l] = *field;
     [

@@ -6,8 +6,8 @@
 //! (g - acceleration) ds. Besides the power of the force at the end the clamp supplies int (acceleration - g) .
 //! (w J r + d) ds.
 
-use super::end_inertia::{EndMotion, Field, cross, dot, inertia_integrand, quarter_turn};
-use super::{AtSection, Heavy, OnEquilibria, RodInertia, Turning};
+use super::end_inertia::{EndMotion, PlaceByChart, cross, dot, inertia_integrand, quarter_turn};
+use super::{AtSection, ForceTurning, Heavy, OnEquilibria, RodInertia};
 use crate::elastica::curvature::Swing;
 use crate::manifold::EndInertia;
 use crate::math::frame::Frame;
@@ -42,7 +42,7 @@ impl MovingClampInertia {
 
 /// Integrand on a moving clamp: [`inertia_integrand`], then the sums that frame velocity and acceleration need.
 #[inline(always)]
-pub(super) fn moving_clamp_integrand<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
+pub(super) fn moving_clamp_integrand<T: Real>(field: &PlaceByChart<T>, left: &[T; 2]) -> [T; 20] {
     let [n11, n12, n22, f1, f2, turned] = inertia_integrand(field, left);
     let [w, p, l] = field;
     [
@@ -70,7 +70,7 @@ pub(super) fn moving_clamp_integrand<T: Real>(field: &Field<T>, left: &[T; 2]) -
 }
 
 /// Integrand [`moving_clamp_integrand`].
-struct Moved<'a>(&'a Turning);
+struct Moved<'a>(&'a ForceTurning);
 
 impl AtSection<20> for Moved<'_> {
     #[inline(always)]

@@ -27,7 +27,7 @@ const TERMS: usize = 14;
 
 /// A section of the beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Section {
+pub(super) struct BeamSection {
     /// Position along the rod, and weight of its Gauss node.
     pub s: f64,
     pub weight: f64,
@@ -86,7 +86,7 @@ impl Bend {
 }
 
 /// Sections of the rod under `pull`; `None` outside the range served.
-pub(super) fn sections(pull: f64) -> Option<[Section; NODES]> {
+pub(super) fn sections(pull: f64) -> Option<[BeamSection; NODES]> {
     static KEPT: OnceLock<(Rule, DMatrix<f64>)> = OnceLock::new();
     if !(SERVED[0] < pull && pull < SERVED[1]) {
         return None;
@@ -99,7 +99,7 @@ pub(super) fn sections(pull: f64) -> Option<[Section; NODES]> {
     let clamp = Bend::at(pull, 1.0);
     let rise = clamp.value[1] - clamp.value[0];
     let rise_by_pull = clamp.by_pull[1] - clamp.by_pull[0];
-    let mut sections = [Section {
+    let mut sections = [BeamSection {
         s: 0.0,
         weight: 0.0,
         across: 0.0,
@@ -142,10 +142,10 @@ mod tests {
             let rods = AlmostStraight::new(f64::max(pull, 1.0));
             let y = 1e-7;
             let force = rods.at(pull, y).map_or(f64::NAN, |bent| bent.across / y);
-            let mean = |f: &dyn Fn(&Section) -> f64| -> f64 {
+            let mean = |f: &dyn Fn(&BeamSection) -> f64| -> f64 {
                 found.iter().map(|at| at.weight * f(at)).sum()
             };
-            let bend = |at: &Section| pull * (at.across - 1.0) + force * (1.0 - at.s);
+            let bend = |at: &BeamSection| pull * (at.across - 1.0) + force * (1.0 - at.s);
             let close = |found: f64, expected: f64, what: &str| {
                 let off = (found / expected - 1.0).abs();
                 assert!(off < 2e-10, "{what} of {pull}: {found}, {expected}");

@@ -19,7 +19,7 @@
 //!
 //! All are evaluated at the nodes of the Gauss rule that integrates along the rod.
 
-use super::end_inertia::{EndMotion, Field, inertia_integrand_with_weight};
+use super::end_inertia::{EndMotion, PlaceByChart, inertia_integrand_with_weight};
 use super::moving_clamp::moving_clamp_integrand;
 use super::{OnEquilibria, RodInertia};
 use crate::math::gauss::Rule;
@@ -55,10 +55,10 @@ pub(super) fn is_loose(force: &Vector2<f64>, x: f64, error: f64) -> bool {
 
 type Along = SVector<f64, NODES>;
 /// Fields at the nodes, each with its second derivative in time.
-type Fields = [(Field<f64>, [f64; 2]); NODES];
+type Fields = [(PlaceByChart<f64>, [f64; 2]); NODES];
 type Operator = SMatrix<f64, NODES, NODES>;
 
-struct Nodes {
+struct NodeFields {
     /// Fractions of the rod beyond the nodes.
     beyond: Along,
     weights: Along,
@@ -68,14 +68,14 @@ struct Nodes {
     green: Operator,
 }
 
-static NODES_ALONG: LazyLock<Nodes> = LazyLock::new(|| {
+static NODES_ALONG: LazyLock<NodeFields> = LazyLock::new(|| {
     let rule = Rule::new(NODES);
     let integrate = rule.matrices().0;
     let integrate = Operator::from_fn(|i, j| integrate[(i, j)]);
     let weights = Along::from_column_slice(&rule.weights);
     let beyond = Along::from_fn(|i, _| 1.0 - rule.nodes[i]);
     let to_tip = Operator::from_fn(|i, j| weights[j] - integrate[(i, j)]);
-    Nodes {
+    NodeFields {
         beyond,
         weights,
         integrate,
@@ -180,7 +180,7 @@ impl LooseInertia {
 /// Integrals along the rod of the integrand `each`.
 fn sums<const K: usize>(
     fields: &Fields,
-    each: impl Fn(&Field<f64>, &[f64; 2]) -> [f64; K],
+    each: impl Fn(&PlaceByChart<f64>, &[f64; 2]) -> [f64; K],
 ) -> [f64; K] {
     let mut sums = [0.0; K];
     for ((field, second), weight) in fields.iter().zip(&NODES_ALONG.weights) {

@@ -12,7 +12,9 @@
 //! of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is negligible the position and its derivatives
 //! are linear in sigma, and two nodes serve all of that part.
 
-use super::end_inertia::{EndMotion, Field, inertia_integrand, inertia_integrand_with_weight};
+use super::end_inertia::{
+    EndMotion, PlaceByChart, inertia_integrand, inertia_integrand_with_weight,
+};
 use super::moving_clamp::moving_clamp_integrand;
 use super::{AddedInertia, EXACT, OnEquilibria, ROUGH, nodes};
 use crate::elastica::chart::Integrals;
@@ -71,7 +73,7 @@ impl<T: Real> Bend<T> {
 }
 
 /// Section at the distance sigma from the clamp.
-struct Section<T = f64> {
+struct TautSection<T = f64> {
     sigma: T,
     bend: Bend<T>,
     /// rho = -d ln y/d ln lam, and d rho/d ln lam - rho.
@@ -168,7 +170,7 @@ impl TautInertia {
     /// Integrals along the rod while (ln T, ln lam) changes at `rate`.
     fn integrals<const K: usize>(&self, each: &impl Integrand<K>, rate: &Vector2<f64>) -> [f64; K] {
         let ([places, weights], rod) = (self.nodes(), self);
-        let bend = simd_sums::sums(&Sections { rod, each, rate }, places, weights);
+        let bend = simd_sums::sums(&TautSections { rod, each, rate }, places, weights);
         self.with_straight(bend, each, rate)
     }
 
@@ -205,7 +207,7 @@ impl TautInertia {
 
     /// [`Self::field`] and [`Self::second`] on the straight part, y = 0.
     #[inline(always)]
-    fn straight(&self, sigma: f64, rate: &Vector2<f64>) -> (Field<f64>, [f64; 2]) {
+    fn straight(&self, sigma: f64, rate: &Vector2<f64>) -> (PlaceByChart<f64>, [f64; 2]) {
         let Bend { f, g, c } = self.clamp;
         let (square, beyond) = (g * g, sigma - 2.0 * f);
         let field = [
@@ -223,7 +225,7 @@ impl TautInertia {
 
     /// Section with the fraction `part` > 0 of the bend beyond it.
     #[inline(always)]
-    fn section<S: Simd>(&self, part: Lanes<S>) -> Section<Lanes<S>> {
+    fn section<S: Simd>(&self, part: Lanes<S>) -> TautSection<Lanes<S>> {
         let left = part * self.reach;
         let sigma = left.all(self.reach) - left;
         let u = left.all(self.lam) - sigma;
@@ -236,7 +238,7 @@ impl TautInertia {
         let square = y.times_plus(y, one);
         let over = (sinh * square).inverse();
         let per = u * square * over;
-        Section {
+        TautSection {
             sigma,
             bend: Bend::new(y, sinh * over),
             rho: u.all(self.lam) - per * cosh,
@@ -245,8 +247,8 @@ impl TautInertia {
     }
 
     #[inline(always)]
-    fn end(&self) -> Section {
-        Section {
+    fn end(&self) -> TautSection {
+        TautSection {
             sigma: self.lam,
             bend: Bend::new(0.0, 1.0),
             rho: self.lam - 1.0,
@@ -256,7 +258,7 @@ impl TautInertia {
 
     /// Position times lam/4, and its derivatives by ln T and ln lam.
     #[inline(always)]
-    fn field<T: Real>(&self, at: &Section<T>) -> Field<T> {
+    fn field<T: Real>(&self, at: &TautSection<T>) -> PlaceByChart<T> {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
         let pulled = at.rho * g;
@@ -275,7 +277,7 @@ impl TautInertia {
     /// of r_lnT and r_lnlam with factors constant along the rod drops out of r_tt - P c, as c is computed from the
     /// same function.
     #[inline(always)]
-    fn second<T: Real>(&self, at: &Section<T>, rate: &Vector2<f64>) -> [T; 2] {
+    fn second<T: Real>(&self, at: &TautSection<T>, rate: &Vector2<f64>) -> [T; 2] {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
         let (rho, g2, gc) = (at.rho, g * g, g * c);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
@@ -339,11 +341,11 @@ impl WithSimd for WideInertia<'_> {
         let ([places, weights], rate) = (rod.nodes(), &moving.rate);
         if *gravity == Vector2::zeros() {
             let each = &Weightless;
-            let bend = simd_sums::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+            let bend = simd_sums::sums_in(simd, &TautSections { rod, each, rate }, places, weights);
             return moving.mass_and_force(rod.with_straight(bend, each, rate), &Vector2::zeros());
         }
         let each = &Heavy;
-        let bend = simd_sums::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+        let bend = simd_sums::sums_in(simd, &TautSections { rod, each, rate }, places, weights);
         let [n11, n12, n22, f1, f2, turned, along @ ..] = rod.with_straight(bend, each, rate);
         let weight = moving.weight_integral(along, gravity);
         moving.mass_and_force([n11, n12, n22, f1, f2, turned], &weight)
@@ -352,14 +354,14 @@ impl WithSimd for WideInertia<'_> {
 
 /// Integrand of K components at a section.
 trait Integrand<const K: usize> {
-    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; K];
+    fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; K];
 }
 
 struct Weightless;
 
 impl Integrand<6> for Weightless {
     #[inline(always)]
-    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 6] {
+    fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; 6] {
         inertia_integrand(field, second)
     }
 }
@@ -368,7 +370,7 @@ struct Heavy;
 
 impl Integrand<12> for Heavy {
     #[inline(always)]
-    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 12] {
+    fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; 12] {
         inertia_integrand_with_weight(field, second)
     }
 }
@@ -377,18 +379,18 @@ struct Moved;
 
 impl Integrand<20> for Moved {
     #[inline(always)]
-    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 20] {
+    fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; 20] {
         moving_clamp_integrand(field, second)
     }
 }
 
-struct Sections<'a, E> {
+struct TautSections<'a, E> {
     rod: &'a TautInertia,
     each: &'a E,
     rate: &'a Vector2<f64>,
 }
 
-impl<E: Integrand<K>, const K: usize> InLanes<K> for Sections<'_, E> {
+impl<E: Integrand<K>, const K: usize> InLanes<K> for TautSections<'_, E> {
     #[inline(always)]
     fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; K] {
         let here = self.rod.section(part);

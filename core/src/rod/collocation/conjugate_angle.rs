@@ -4,7 +4,7 @@
 //! many whole turns are added to the difference of the determinants' arguments at both ends of the step.
 
 use super::tangent::cross;
-use super::{Collocated, Columns, Integration, MAX_COLUMNS, Step, Vector, largest};
+use super::{Collocated, CollocationStep, Columns, Integration, MAX_COLUMNS, Vector, largest};
 use crate::error::Result;
 use crate::math::lanes8::Eight;
 use crate::math::real::Real;
@@ -24,8 +24,8 @@ impl Collocated<'_> {
         weight: f64,
         tolerance: f64,
     ) -> Result<FollowedRod<K>> {
-        let along = Integration::new(self, b, (0, K), tolerance)?;
-        let turning = Turning {
+        let along = Integration::new(self, b, 0, K, tolerance)?;
+        let turning = DeterminantAngle {
             weight,
             longest: MAX_STEP_TIMES_RATE / along.rate,
             last: Complex::new(1.0, 0.0),
@@ -54,7 +54,7 @@ const GAP: f64 = 0.184;
 const TURN: f64 = 1.5;
 
 /// Angle of the determinant along a rod.
-pub(super) struct Turning {
+pub(super) struct DeterminantAngle {
     /// kappa.
     weight: f64,
     /// The longest step.
@@ -65,25 +65,31 @@ pub(super) struct Turning {
     pub growth: f64,
 }
 
-impl Turning {
+impl DeterminantAngle {
     /// Follows a step that takes the columns to `to`, and may mix them; false asks for a shorter step.
     #[inline(always)]
     pub fn follow<S: Simd>(
         &mut self,
         along: &Integration,
-        step: &Step<S>,
+        step: &CollocationStep<S>,
         columns: &Columns,
-        (r, to): (&[f64; 3], &mut Columns),
+        r: &[f64; 3],
+        to: &mut Columns,
     ) -> bool {
         let rate = self.rate(along, step, columns);
         let (expected, fastest) = (step.rule.integral(&rate), rate.abs().greatest());
-        self.take(along, (r, to), expected, fastest * step.h)
+        self.take(along, r, to, expected, fastest * step.h)
     }
 
     /// Rate of the angle of det X at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi + m x phi')/2.
     #[inline(always)]
-    fn rate<S: Simd>(&self, along: &Integration, step: &Step<S>, columns: &Columns) -> Eight<S> {
-        let Step { rule, at, .. } = step;
+    fn rate<S: Simd>(
+        &self,
+        along: &Integration,
+        step: &CollocationStep<S>,
+        columns: &Columns,
+    ) -> Eight<S> {
+        let CollocationStep { rule, at, .. } = step;
         let ([m1, m2, m3], n) = (along.couple(step.from), along.n);
         let a = rule.places(&[0.0; 3], &at.along);
         let half = a[0].with(0.5);
@@ -150,7 +156,8 @@ impl Turning {
     fn take(
         &mut self,
         along: &Integration,
-        (r, to): (&[f64; 3], &mut Columns),
+        r: &[f64; 3],
+        to: &mut Columns,
         expected: f64,
         fastest: f64,
     ) -> bool {

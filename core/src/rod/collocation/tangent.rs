@@ -28,9 +28,10 @@
 //! values of the sweep before.
 
 use super::{
-    Columns, Integration, MAX_COLUMNS, MOST_SWEEPS, Matrix, Sections, SweptSlopes, Vector,
+    Columns, Integration, MAX_COLUMNS, MOST_SWEEPS, Matrix, NodeSections, SweptSlopes,
+    VariationStart, Vector,
 };
-use crate::math::lanes8::{Eight, Extension, Rule};
+use crate::math::lanes8::{Eight, GaussRule};
 use crate::section::Compliance;
 use nalgebra::Matrix6;
 use pulp::Simd;
@@ -38,7 +39,11 @@ use pulp::Simd;
 impl Integration<'_> {
     /// C* at the nodes, at the displacements `r` from the start of the step.
     #[inline(always)]
-    fn compliance_changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
+    fn compliance_changes<S: Simd>(
+        &self,
+        at: &NodeSections<S>,
+        r: &Vector<S>,
+    ) -> [[Eight<S>; 6]; 6] {
         let zero = at.energy.with(0.0);
         let none = [[zero; 3]; 3];
         let (uu, uv, vu, vv) = match &self.linear.compliance {
@@ -108,18 +113,17 @@ impl Integration<'_> {
         all
     }
 
-    /// Sweeps x on a step from the place `r` until its slopes converge to `stays`, then forms those of phi and rho*;
-    /// returns the number of sweeps. The first guess extrapolates `swept` of another step, if given, which starts
-    /// earlier by the given length along the force.
+    /// Sweeps x on a step from the place `r` until its slopes converge, then forms those of phi and rho*; returns the
+    /// number of sweeps.
     #[inline(always)]
     pub(super) fn vary<S: Simd>(
         &self,
-        at: &Sections<S>,
-        rule: &Rule<S>,
-        (r, columns): (&[f64; 3], &Columns),
-        (swept, guess): (&mut SweptSlopes<S>, Option<(&Extension<S>, f64)>),
+        at: &NodeSections<S>,
+        rule: &GaussRule<S>,
+        r: &[f64; 3],
+        columns: &Columns,
+        start: VariationStart<'_, S>,
         slopes: &mut [[Eight<S>; 6]],
-        stays: f64,
     ) -> Option<usize> {
         let change = self.compliance_changes(at, &rule.places(&[0.0; 3], &at.along));
         let y = self.couple_and_force_changes(r, columns);
@@ -139,6 +143,11 @@ impl Integration<'_> {
         }
         let mut own = [[zero; 4]; MAX_COLUMNS];
         let mut x = [[zero; 4]; MAX_COLUMNS];
+        let VariationStart {
+            swept,
+            extension: guess,
+            stays,
+        } = start;
         let SweptSlopes { turning, pulled } = swept;
         for k in 0..count {
             let mut begun = [zero; 6];
@@ -228,7 +237,7 @@ impl Integration<'_> {
 #[inline(always)]
 pub(super) fn carry<S: Simd>(
     tangent: &mut [[f64; 6]],
-    rule: &Rule<S>,
+    rule: &GaussRule<S>,
     slopes: &[[Eight<S>; 6]],
     moved: &[f64; 3],
 ) {

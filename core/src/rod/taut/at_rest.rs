@@ -1,8 +1,9 @@
 //! Equilibria to which a rod falls: the chain at rest ([`Chain`]) as the guess, collocated from both ends.
 
-use super::interval::{RodUnderForce, Scheme, Section};
+use super::interval::{RodUnderForce, Section};
 use super::{Shape, Solved, Spring};
 use crate::error::Result;
+use crate::math::se3::join;
 use crate::rod::descent::Chain;
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::{Path, Problem};
@@ -32,17 +33,7 @@ impl Chain {
             let (turn, m) = self.section(s);
             Section { turn, m }
         };
-        let nodes = &Scheme::get().nodes;
-        Shape {
-            nodes: places.iter().map(|s| section(*s)).collect(),
-            stages: places
-                .windows(2)
-                .map(|pair| nodes.map(|x| section(pair[0] + x * (pair[1] - pair[0]))))
-                .collect(),
-            places,
-            n: self.base_force,
-            tolerance,
-        }
+        Shape::from_sections(places, self.base_force, tolerance, section)
     }
 }
 
@@ -54,7 +45,7 @@ impl Problem {
             return None;
         }
         let chain = self.descended()?;
-        let there = RodUnderForce::new(self.law_and_load(), chain.base_force);
+        let there = self.rod_under_force(chain.base_force);
         let layers = there.layered_places(self.tolerance, LONGEST).ok()?;
         let shape = chain.shape(layers, self.tolerance);
         Some(self.at_rest(shape))
@@ -70,7 +61,10 @@ impl Problem {
             .filter(|i| held[*i])
             .map(|i| self.axes[i] * self.targets[i])
             .sum();
-        let there = RodUnderForce::new(self.law_and_load(), shape.n);
+        let there = RodUnderForce {
+            symmetry: self.symmetry(&join(&shape.nodes[0].m, &shape.n), None),
+            ..self.rod_under_force(shape.n)
+        };
         let (found, spring) = match held {
             [true, true, true] => there.rest(shape, &tip, place, self.tolerance)?,
             [false, false, false] => (
@@ -79,7 +73,7 @@ impl Problem {
             ),
             _ => {
                 let m = shape.nodes[0].m;
-                return self.find_force(&m, shape.n, Some(shape), (false, None));
+                return self.find_force(&m, shape.n, Some(shape), false, None);
             }
         };
         route.iterations = found.iterations;
@@ -89,7 +83,7 @@ impl Problem {
         } else {
             0.0
         };
-        self.told((&found, &spring), off, route, None)
+        self.told(&found, &spring, off, route, None)
     }
 
     /// Keeps an equilibrium: the base wrench then leads to the sections.

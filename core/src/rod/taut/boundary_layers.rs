@@ -139,14 +139,11 @@ impl RodUnderForce<'_> {
         let n = halves(b).1;
         let all = match self.weight {
             None => frames_and_couples(&sections::<0>(self.law, b, FINE, &at).ok()?, b, &()),
-            Some(weight) => {
-                let rod = (self.law, weight);
-                frames_and_couples(
-                    &loaded_sections::<0, LoadMoment<0>>(rod, b, FINE, &at).ok()?,
-                    b,
-                    weight,
-                )
-            }
+            Some(weight) => frames_and_couples(
+                &loaded_sections::<0, LoadMoment<0>>(self.law, weight, b, FINE, &at).ok()?,
+                b,
+                weight,
+            ),
         };
         let last = all.last()?;
         let missed = match tip {
@@ -249,17 +246,7 @@ impl RodUnderForce<'_> {
             Section { turn, m }
         };
         let places = self.places(lam, tolerance, TURNED / twist.abs())?;
-        let nodes = &Scheme::get().nodes;
-        let mut shape = Shape {
-            nodes: places.iter().map(|s| section(*s)).collect(),
-            stages: places
-                .windows(2)
-                .map(|pair| nodes.map(|x| section(pair[0] + x * (pair[1] - pair[0]))))
-                .collect(),
-            places,
-            n,
-            tolerance,
-        };
+        let mut shape = Shape::from_sections(places, n, tolerance, section);
         shape.nodes[0] = Section {
             turn: identity(),
             ..shape.nodes[0]

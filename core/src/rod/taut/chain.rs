@@ -57,11 +57,13 @@ const NEUTRAL: f64 = 1e-10;
 const WIDE: usize = 12 + ANSWERS;
 const LAST: usize = 9 + ANSWERS;
 
-/// Unknowns for every right-hand side; None if the determinant vanishes.
+/// Unknowns for every right-hand side; None if the determinant vanishes. If the rod turns for nothing, one direction of
+/// the last equations is neutral: their solution is the shortest.
 pub(super) fn chain(
     intervals: &[Condensed],
     end: &AtEnd,
     hold: &ForceEquation,
+    turns: bool,
 ) -> Option<ChainSolution> {
     let mut sign = 1.0;
     // dr(1) by the node reached, then by the force, the tip, and 1.
@@ -150,16 +152,17 @@ pub(super) fn chain(
     let pivots = (0..9).map(|i| last[i][i].abs());
     let (least, most) = pivots.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
     let mut found = SMatrix::<f64, 9, ANSWERS>::from_fn(|i, j| last[i][9 + j]);
-    if least > NEUTRAL * most {
+    if least > NEUTRAL * most && !turns {
         back_substitute(&last, &mut found);
     } else {
-        // The rod may turn for nothing, as about a vertical clamp: of all solutions the shortest.
         let matrix = SMatrix::<f64, 9, 9>::from_fn(|i, j| whole[i][j]);
         let right = SMatrix::<f64, 9, ANSWERS>::from_fn(|i, j| whole[i][9 + j]);
         let parts = matrix.svd(true, true);
-        found = parts
-            .solve(&right, NEUTRAL * parts.singular_values.amax())
-            .ok()?;
+        let mut zero = NEUTRAL * parts.singular_values.amax();
+        if turns {
+            zero = zero.max(parts.singular_values.amin());
+        }
+        found = parts.solve(&right, zero).ok()?;
     }
     let force: Forces = found.fixed_rows::<3>(6) * unit;
     let mut nodes = vec![found.fixed_rows::<6>(0).into_owned()];

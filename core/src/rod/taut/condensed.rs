@@ -88,11 +88,12 @@ impl RodUnderForce<'_> {
     /// A law that refuses.
     pub fn variations(
         &self,
-        (from, to): (f64, f64),
+        from: f64,
+        to: f64,
         stages: &[Section; STAGES],
     ) -> Result<Option<Variations>> {
         let (h, kappa) = (to - from, self.kappa);
-        let slopes = self.slopes((from, to), stages)?;
+        let slopes = self.slopes(from, to, stages)?;
         let zero = Matrix3::zeros();
         let mut pull = [zero; STAGES];
         let mut by_turn = [zero; STAGES];
@@ -343,10 +344,44 @@ impl Condensed {
         self
     }
 
+    /// This interval of a rod that stays in the plane with the unit normal `normal`. Out of the plane an unloaded rod
+    /// takes its place, which is never neutral.
+    pub fn in_plane(mut self, normal: &Vector3<f64>, h: f64) -> Self {
+        let about = normal * normal.transpose();
+        let inside = Matrix3::identity() - about;
+        let project = |block: &mut Block, rows: &Matrix3<f64>| {
+            for (column, by) in [(0, &about), (3, &about), (FORCE, &inside)] {
+                let part = rows * block.fixed_columns::<3>(column) * by;
+                block.fixed_columns_mut::<3>(column).copy_from(&part);
+            }
+            let rest = rows * block.column(REST);
+            block.set_column(REST, &rest);
+        };
+        for block in self.turns.iter_mut().chain(&mut self.couples) {
+            project(block, &about);
+        }
+        for row in [0, 3] {
+            let mut block: Block = self.end.fixed_rows::<3>(row).into_owned();
+            project(&mut block, &about);
+            let mut own = block.fixed_columns_mut::<3>(row);
+            own += inside;
+            if row == 0 {
+                let mut by_couple = block.fixed_columns_mut::<3>(3);
+                by_couple += inside * h;
+            }
+            self.end.fixed_rows_mut::<3>(row).copy_from(&block);
+        }
+        project(&mut self.way, &inside);
+        let mut give = self.way.fixed_columns_mut::<3>(FORCE);
+        give += about * h;
+        self
+    }
+
     /// Applies the changes of the start (turn, couple over kappa) and of the force to the stages.
     pub fn correct(
         &self,
-        (start, force): (&Vector6<f64>, &Vector3<f64>),
+        start: &Vector6<f64>,
+        force: &Vector3<f64>,
         part: f64,
         kappa: f64,
         stages: &mut [Section; STAGES],

@@ -1,7 +1,8 @@
 //! Equilibria of taut rods with given end conditions: Newton's method for the force, three unknowns instead of six.
 
+use super::first_order_mass::neutral_error;
 use super::interval::RodUnderForce;
-use super::{Shape, Solved, Spring, Tip, solve_taut_rod};
+use super::{Shape, Solved, Spring, Symmetry, Tip, solve_taut_rod};
 use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, join};
 use crate::rod::distributed_load::ScaledLoad;
@@ -38,6 +39,29 @@ impl Problem {
         (&self.rod.law, self.weight.as_ref())
     }
 
+    /// The rod under the force `n` at its base, with its load.
+    pub(super) fn rod_under_force(&self, n: Vector3<f64>) -> RodUnderForce<'_> {
+        RodUnderForce::new(&self.rod.law, self.weight.as_ref(), n)
+    }
+
+    /// The rod with its load, solved beside a spring as [`solve_taut_rod`] says.
+    pub(in crate::rod) fn solve_beside(
+        &self,
+        b: &Wrench,
+        symmetry: Symmetry,
+        tip: &Tip,
+        spring: &Spring,
+        start: Option<&Shape>,
+        tolerance: f64,
+    ) -> Result<Solved> {
+        let (m, n) = halves(b);
+        let pulled = RodUnderForce {
+            symmetry,
+            ..self.rod_under_force(n)
+        };
+        solve_taut_rod(&pulled, &m, tip, spring, start, tolerance)
+    }
+
     pub(in crate::rod) fn tip(&self) -> Tip {
         match self.orientation {
             Some(directors) => Tip::Turned(directors),
@@ -62,7 +86,7 @@ impl Problem {
     /// a rod turns into the force whatever its direction. Only the decayed effect of the clamp, exp(-lam), determines
     /// the direction: no chart is better than that.
     pub(in crate::rod) fn may_be_taut(&self) -> bool {
-        !self.end.follower
+        !self.is_followed()
     }
 
     /// The whole of the load along the rod.
@@ -79,11 +103,12 @@ impl Problem {
         self.flexure().sqrt() * weight.map_or_else(|| root(n), |weight| weight.mean(n, root))
     }
 
-    /// lam^2 of the part of the force that pulls the end, at `place`, away from the base; negative under compression.
+    /// lam^2 of the part of the force that pulls the end, at `place`, away from the base; negative under compression. A
+    /// loaded rod hangs along its own force: the whole of the force counts.
     pub(in crate::rod) fn pull_on(&self, n: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
         let pull = match &self.weight {
             None => n.dot(place),
-            Some(weight) => weight.mean(n, |n| n.dot(place).max(0.0).sqrt()).powi(2),
+            Some(_) => return self.lam(n).powi(2),
         };
         self.flexure() * pull
     }
@@ -101,14 +126,10 @@ impl Problem {
         if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
             return None;
         }
-        let found = solve_taut_rod(
-            self.law_and_load(),
-            b,
-            (&self.tip(), &Spring::NONE),
-            None,
-            self.tolerance,
-        )
-        .ok()?;
+        let along = self.symmetry(b, None);
+        let found = self
+            .solve_beside(b, along, &self.tip(), &Spring::NONE, None, self.tolerance)
+            .ok()?;
         let agrees = (found.base_couple - m).norm() < AGREES * n.norm().sqrt();
         let pulled = self.pull_on(&n, &found.position) > PULLED * PULLED * 0.5;
         (agrees && pulled).then_some(found)
@@ -121,9 +142,29 @@ impl Problem {
             .filter(|(held, _)| *held)
             .map(|(_, axis)| *axis)
             .collect();
-        let pulled = RodUnderForce::new(self.law_and_load(), found.shape.n);
-        let alone = spring.alone(&found.by_force.position)?;
-        pulled.index(&found.shape, &self.tip(), &alone, &axes)
+        let pulled = self.rod_under_force(found.shape.n);
+        let (b, tip) = (join(&found.base_couple, &found.shape.n), self.tip());
+        let mut give = found.by_force.position;
+        if found.plane.is_some() {
+            // The index counts motions out of the plane as well.
+            let whole = RodUnderForce {
+                symmetry: self.symmetry(&b, None),
+                ..pulled
+            };
+            let linearised = whole.correction(&found.shape, &tip, spring)?;
+            let linearised = linearised.ok_or_else(neutral_error)?;
+            give = linearised.way.fixed_columns::<3>(0).into_owned();
+        }
+        let alone = spring.alone(&give)?;
+        let tangent = found
+            .shape
+            .nodes
+            .last()
+            .map(|end| frame(&end.turn).column(2).into_owned());
+        let turn = self.free_turn(&b);
+        let turn =
+            turn.filter(|_| tangent.is_some_and(|d3| self.is_on_axis(&b, &found.position, &d3)));
+        pulled.index(&found.shape, &tip, &alone, &axes, turn)
     }
 
     /// Sections of a taut rod at places in [0, 1], in growing order; `spring` is the spring with which the rod was
@@ -136,9 +177,9 @@ impl Problem {
     ) -> Result<Vec<RodSection>> {
         let n = found.shape.n;
         let borne = n + (found.position - spring.at) * spring.stiffness;
-        let pulled = RodUnderForce::new(self.law_and_load(), borne);
+        let pulled = self.rod_under_force(borne);
         let tip = self.tip();
-        let sections = pulled.sections(&found.shape, (&tip, spring), at, self.tolerance)?;
+        let sections = pulled.sections(&found.shape, &tip, spring, at, self.tolerance)?;
         let (sections, alone) = (sections.iter().zip(at), pulled.with_force(&n));
         sections
             .map(|((section, r, energy), s)| {
@@ -208,8 +249,7 @@ impl Problem {
                 (Vector3::zeros(), force + self.total_load())
             }
         };
-        (self.lam(&start) > from)
-            .then(|| self.find_force(&m, start, None, (guess.is_some(), plane)))
+        (self.lam(&start) > from).then(|| self.find_force(&m, start, None, guess.is_some(), plane))
     }
 
     /// Newton's method for the force at the base, from `start` and the couple `m`, or from a shape.
@@ -218,7 +258,8 @@ impl Problem {
         m: &Vector3<f64>,
         start: Vector3<f64>,
         shape: Option<Shape>,
-        (from_guess, plane): (bool, Option<Plane>),
+        from_guess: bool,
+        plane: Option<Plane>,
     ) -> Result<Equilibrium> {
         let (held, tip, borne) = (self.is_held(), self.tip(), self.total_load());
         let mut n = start;
@@ -226,7 +267,7 @@ impl Problem {
         let mut last = if from_guess || shape.is_some() {
             shape
         } else {
-            let straight = RodUnderForce::new(self.law_and_load(), n);
+            let straight = self.rod_under_force(n);
             Some(straight.guess_shape(&join(m, &n), &tip, self.tolerance)?)
         };
         let mut route = Route {
@@ -236,13 +277,8 @@ impl Problem {
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
             let b = join(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
-            let found = solve_taut_rod(
-                self.law_and_load(),
-                &b,
-                (&tip, &Spring::NONE),
-                last.as_ref(),
-                self.tolerance,
-            )?;
+            let (start, along) = (last.as_ref(), self.symmetry(&b, plane.as_ref()));
+            let found = self.solve_beside(&b, along, &tip, &Spring::NONE, start, self.tolerance)?;
             route.iterations += 1;
             route.evaluations += found.iterations;
             let (mut off, mut by) = (Vector3::zeros(), Matrix3::zeros());
@@ -265,7 +301,7 @@ impl Problem {
             // Iterate down to rounding, if no better is to be had.
             if size < FORCE_CONVERGED || (size < 1e-6 && size > 0.5 * before) {
                 self.remember(&found);
-                let told = self.told((&found, &Spring::NONE), off.norm(), route, plane)?;
+                let told = self.told(&found, &Spring::NONE, off.norm(), route, plane)?;
                 if told.index > 0
                     && !from_guess
                     && plane.is_none()
@@ -273,7 +309,7 @@ impl Problem {
                     && let Some(stable) = self.find_out_of_plane(&n)
                 {
                     self.remember(&stable);
-                    return self.told((&stable, &Spring::NONE), off.norm(), route, plane);
+                    return self.told(&stable, &Spring::NONE, off.norm(), route, plane);
                 }
                 return Ok(told);
             }
@@ -305,15 +341,12 @@ impl Problem {
                 let m = start
                     .as_ref()
                     .map_or_else(Vector3::zeros, |shape| shape.nodes[0].m);
-                let end = (&self.tip(), &Spring::NONE);
-                found = solve_taut_rod(
-                    self.law_and_load(),
-                    &join(&m, &force),
-                    end,
-                    start.as_ref(),
-                    self.tolerance,
-                )
-                .ok();
+                let b = join(&m, &force);
+                let (tip, along) = (self.tip(), Symmetry::default());
+                let start = start.as_ref();
+                found = self
+                    .solve_beside(&b, along, &tip, &Spring::NONE, start, self.tolerance)
+                    .ok();
                 found.as_ref()?;
             }
             found.filter(|found| self.taut_index(found, &Spring::NONE) == Ok(0))
@@ -324,7 +357,8 @@ impl Problem {
     /// The equilibrium of a rod solved beside a spring, in the user's units.
     pub(super) fn told(
         &self,
-        (found, spring): (&Solved, &Spring),
+        found: &Solved,
+        spring: &Spring,
         residual: f64,
         route: Route,
         plane: Option<Plane>,

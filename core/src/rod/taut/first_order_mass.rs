@@ -67,12 +67,13 @@ impl<'a> LinearisedRod<'a> {
     /// The variations at a shape; None if a stage is singular.
     pub fn new(
         pulled: &'a RodUnderForce<'a>,
-        (shape, tip): (&'a Shape, &'a Tip),
+        shape: &'a Shape,
+        tip: &'a Tip,
         hold: ForceEquation,
     ) -> Result<Option<Self>> {
         let mut intervals = Vec::with_capacity(shape.stages.len());
         for (k, stages) in shape.stages.iter().enumerate() {
-            let Some(found) = pulled.variations((shape.places[k], shape.places[k + 1]), stages)?
+            let Some(found) = pulled.variations(shape.places[k], shape.places[k + 1], stages)?
             else {
                 return Ok(None);
             };
@@ -97,7 +98,7 @@ impl<'a> LinearisedRod<'a> {
         let last = &self.shape.nodes[self.shape.nodes.len() - 1];
         let mut end = self.pulled.at_end(last, self.tip);
         end.right.column_mut(REST).fill(0.0);
-        let ChainSolution { nodes, force, .. } = chain(&condensed, &end, &self.hold)?;
+        let ChainSolution { nodes, force, .. } = chain(&condensed, &end, &self.hold, false)?;
         Some(LinearResponses {
             condensed,
             nodes,
@@ -152,7 +153,8 @@ impl Motion<'_> {
     /// Stage `i` of interval `k`, at `r`, and the rate of r'.
     fn stage_motion(
         &self,
-        (k, i): (usize, usize),
+        k: usize,
+        i: usize,
         r: Vector3<f64>,
         varied: &StageVariations,
         force: &Forces,
@@ -205,7 +207,7 @@ impl Motion<'_> {
             // The terms do not depend on places or on their rates.
             let (stages, _) = self.swept.stages(k, first, &left, &Columns::zeros());
             for (i, varied) in stages.iter().enumerate() {
-                let (at, slope) = self.stage_motion((k, i), zero, varied, &first.force);
+                let (at, slope) = self.stage_motion(k, i, zero, varied, &first.force);
                 let s = self.swept.shape.places[k] + scheme.nodes[i] * by.h;
                 let [turned, moved] = self.sections.second(s, &at, &zero, &zero)?;
                 let bent = at.n.cross(&moved) + at.n_t.cross(&slope) * 2.0;
@@ -248,11 +250,11 @@ impl Motion<'_> {
             let (places, end) = self.places(k, start);
             let (stages, reached) = self.swept.stages(k, &found, left, &place);
             for (i, (varied, r)) in stages.iter().zip(places).enumerate() {
-                let (at, _) = self.stage_motion((k, i), r, varied, &found.force);
-                let tangent = self.tangent((k, i), varied, &r);
+                let (at, _) = self.stage_motion(k, i, r, varied, &found.force);
+                let tangent = self.tangent(k, i, varied, &r);
                 let second = second(&varied.turn, &varied.place);
                 let weight = h * Scheme::get().weights[i];
-                sums.add(weight, (&tangent, &at), &second, rotary);
+                sums.add(weight, &tangent, &at, &second, rotary);
             }
             (start, place) = (end, reached);
         }
@@ -265,7 +267,8 @@ impl Motion<'_> {
     /// Tangent by the rates of the end data, and by a turn of the base, a rigid rotation of the rod.
     fn tangent(
         &self,
-        (k, i): (usize, usize),
+        k: usize,
+        i: usize,
         varied: &StageVariations,
         r: &Vector3<f64>,
     ) -> Tangent<9> {
@@ -347,13 +350,14 @@ impl Rod {
     pub fn taut_inertia(
         &self,
         mass: &SectionMass,
-        (found, rates): (&Taut, Rates),
+        found: &Taut,
+        rates: Rates,
         motion: &RodRates,
     ) -> Result<SpaceRodInertia> {
         let pulled = self.under_force(found, found.shape.n);
         let unit = pulled.kappa * pulled.kappa;
         let (hold, columns) = rates.force_equation(&found.tip, &found.spring, unit);
-        let swept = LinearisedRod::new(&pulled, (&found.shape, &found.tip), hold)?
+        let swept = LinearisedRod::new(&pulled, &found.shape, &found.tip, hold)?
             .ok_or_else(neutral_error)?;
         let mut motion = Motion {
             swept,

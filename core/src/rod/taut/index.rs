@@ -15,7 +15,8 @@ use super::{Shape, Tip};
 use crate::error::{Error, Result};
 use crate::math::gauss::legendre;
 use crate::math::se3::frame;
-use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+use crate::rod::zero_modes::{AXIS, FreeTurn};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 
 /// Number of polynomials that vanish at both ends, of degrees 2 to STAGES - 1.
 const INNER: usize = STAGES - 2;
@@ -46,29 +47,46 @@ fn functions() -> [Function; INNER + 2] {
 }
 
 fn negative(matrix: &DMatrix<f64>) -> usize {
+    below(matrix, NEUTRAL)
+}
+
+/// Number of eigenvalues below minus the part `least` of the largest. A pivot on the way counts whatever its size, for
+/// the next one has the same eigenvalue inverted.
+fn below(matrix: &DMatrix<f64>, least: f64) -> usize {
     let values = ((matrix + matrix.transpose()) * 0.5).symmetric_eigenvalues();
-    let zero = NEUTRAL * values.amax();
+    let zero = least * values.amax();
     values.iter().filter(|x| **x < -zero).count()
 }
 
 impl RodUnderForce<'_> {
-    /// The index with the place of the end held along `axes`, `compliance` being d r(1)/dn.
+    /// The index with the place of the end held along `axes`, `compliance` being d r(1)/dn. A free turn about the clamp
+    /// is left out.
     pub fn index(
         &self,
         shape: &Shape,
         tip: &Tip,
         compliance: &Matrix3<f64>,
         axes: &[Vector3<f64>],
+        turn: Option<FreeTurn>,
     ) -> Result<usize> {
-        let loaded = self.at_given_force(shape, tip)?;
-        let compliance = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
+        let held = turn == Some(FreeTurn::AtGivenForce);
+        let loaded = self.at_given_force(shape, tip, held)?;
+        let mut compliance = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
             axes[i].dot(&(compliance * axes[j]))
         });
-        let taken = if axes.is_empty() {
-            0
-        } else {
-            negative(&compliance)
-        };
+        let mut taken = 0;
+        if let Some(FreeTurn::AtHeldPlace(force)) = turn {
+            // The place does not change along this force: neutral with the place held, it is negative in the count.
+            taken += 1;
+            let along =
+                DVector::from_iterator(axes.len(), axes.iter().map(|axis| axis.dot(&force)));
+            let along = along.normalize();
+            let rest = DMatrix::identity(axes.len(), axes.len()) - &along * along.transpose();
+            compliance = &rest * compliance * &rest;
+        }
+        if !axes.is_empty() {
+            taken += negative(&compliance);
+        }
         loaded.checked_sub(taken).ok_or_else(|| {
             Error::no_convergence(
                 "the index of a taut rod comes out negative: tighten the tolerance",
@@ -76,7 +94,24 @@ impl RodUnderForce<'_> {
         })
     }
 
-    fn at_given_force(&self, shape: &Shape, tip: &Tip) -> Result<usize> {
+    /// Inner node with the largest rotation e - d3 in a free turn about the clamp, and the unit vector of the rotation.
+    fn turning_node(&self, shape: &Shape) -> (usize, Vector3<f64>) {
+        let turned = |node: &Section| AXIS - frame(&node.turn).column(2);
+        let inner = shape
+            .nodes
+            .iter()
+            .enumerate()
+            .skip(1)
+            .take(shape.stages.len() - 1);
+        let all = inner.map(|(k, node)| (k, turned(node)));
+        let most = all.max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+        most.map_or((0, Vector3::zeros()), |(k, turn)| (k, turn.normalize()))
+    }
+
+    /// The index under the given force. With `held`, a spring at one node holds the free turn about the clamp: a
+    /// neutral mode becomes stable, and the sign of no other changes.
+    fn at_given_force(&self, shape: &Shape, tip: &Tip, held: bool) -> Result<usize> {
+        let spring = held.then(|| self.turning_node(shape));
         let singular =
             || Error::ill_conditioned("the index is undefined: the rod is neutral under its force");
         let functions = functions();
@@ -84,18 +119,26 @@ impl RodUnderForce<'_> {
         // Stiffness at a node of the part of the rod before the node, with the base held.
         let mut before: Option<Matrix3<f64>> = None;
         for (k, stages) in shape.stages.iter().enumerate() {
-            let places = (shape.places[k], shape.places[k + 1]);
-            let matrix = self.second_variation(places, stages, &functions)?;
+            let (from, to) = (shape.places[k], shape.places[k + 1]);
+            let matrix = self.second_variation(from, to, stages, &functions)?;
             let inner = matrix.view((0, 0), (3 * INNER, 3 * INNER)).into_owned();
-            count += negative(&inner);
+            count += below(&inner, 0.0);
             let across = matrix.view((0, 3 * INNER), (3 * INNER, 6)).into_owned();
             let reduced = inner.full_piv_lu().solve(&across).ok_or_else(singular)?;
             let outer = matrix.view((3 * INNER, 3 * INNER), (6, 6)) - across.transpose() * reduced;
             let block = |i: usize, j: usize| outer.fixed_view::<3, 3>(i, j).into_owned();
             let mut here = block(3, 3);
             if let Some(before) = before {
-                let start = before + block(0, 0);
-                count += negative(&DMatrix::from_column_slice(3, 3, start.as_slice()));
+                let mut start = before + block(0, 0);
+                if let Some((_, axis)) = spring.filter(|(node, _)| *node == k) {
+                    start += axis * axis.transpose() * start.norm();
+                }
+                let least = if k + 1 == shape.stages.len() {
+                    NEUTRAL
+                } else {
+                    0.0
+                };
+                count += below(&DMatrix::from_column_slice(3, 3, start.as_slice()), least);
                 let inverse = start.try_inverse().ok_or_else(singular)?;
                 here -= block(3, 0) * inverse * block(0, 3);
             }
@@ -116,13 +159,14 @@ impl RodUnderForce<'_> {
 
     fn second_variation(
         &self,
-        (from, to): (f64, f64),
+        from: f64,
+        to: f64,
         stages: &[Section; STAGES],
         functions: &[Function; INNER + 2],
     ) -> Result<DMatrix<f64>> {
         let h = to - from;
         let mut sum = DMatrix::zeros(SIZE, SIZE);
-        for (i, slope) in self.slopes((from, to), stages)?.iter().enumerate() {
+        for (i, slope) in self.slopes(from, to, stages)?.iter().enumerate() {
             let [uu, uv, vu, vv] = &slope.e;
             let (bend, pull) = (stages[i].m.cross_matrix(), slope.n.cross_matrix());
             let a = uu * bend * 0.5 + uv * pull;

@@ -129,19 +129,28 @@ pub(super) struct RodUnderForce<'a> {
     pub kappa: f64,
     /// Implicit step of the fast layer, if one is being taken.
     pub creeping: Option<&'a LayerStep>,
+    pub symmetry: Symmetry,
+}
+
+/// Symmetries of a rod that are known before the solution.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(in crate::rod) struct Symmetry {
+    /// Normal of the plane of a planar rod; `None` for a rod in space.
+    pub plane: Option<Vector3<f64>>,
+    /// True if a turn of the rod about the axis of the clamp is neutral under a given force. The index then counts one
+    /// eigenvalue as 0, whatever its rounded value is.
+    pub turns: bool,
 }
 
 impl<'a> RodUnderForce<'a> {
-    pub(super) fn new(
-        (law, weight): (&'a ScaledLaw, Option<&'a ScaledLoad>),
-        n: Vector3<f64>,
-    ) -> Self {
+    pub(super) fn new(law: &'a ScaledLaw, weight: Option<&'a ScaledLoad>, n: Vector3<f64>) -> Self {
         let mut pulled = Self {
             law,
             n,
             weight,
             kappa: 1.0,
             creeping: None,
+            symmetry: Symmetry::default(),
         };
         let most = n.norm().max(pulled.force(1.0).norm());
         pulled.kappa = most.sqrt().max(1.0);
@@ -150,7 +159,10 @@ impl<'a> RodUnderForce<'a> {
 
     /// This rod under another force n(0), with the unit of couples of the new force.
     pub(super) fn with_force_and_unit(&self, n: Vector3<f64>) -> Self {
-        Self::new((self.law, self.weight), n)
+        Self {
+            symmetry: self.symmetry,
+            ..Self::new(self.law, self.weight, n)
+        }
     }
 
     /// This rod under another force n(0), with the same unit of couples.
@@ -201,7 +213,8 @@ impl RodUnderForce<'_> {
 
     pub(super) fn slopes(
         &self,
-        (from, to): (f64, f64),
+        from: f64,
+        to: f64,
         stages: &[Section; STAGES],
     ) -> Result<[Slope; STAGES]> {
         let scheme = Scheme::get();
@@ -220,11 +233,12 @@ impl RodUnderForce<'_> {
     /// exp(z x), z = lam h.
     pub fn integrate_interval(
         &self,
-        (from, to): (f64, f64),
+        from: f64,
+        to: f64,
         stages: &[Section; STAGES],
     ) -> Result<IntervalIntegrals> {
         let (scheme, h) = (Scheme::get(), to - from);
-        let slopes = self.slopes((from, to), stages)?;
+        let slopes = self.slopes(from, to, stages)?;
         let (mut way, mut energy, mut work) = (Vector3::zeros(), 0.0, 0.0);
         let mut modes = [Vector6::<f64>::zeros(); 3];
         let (mut rate, mut turn) = (0.0_f64, 0.0_f64);

@@ -201,11 +201,12 @@ impl RodUnderForce<'_> {
         &self,
         shape: &Shape,
         beside: [&Shape; 2],
-        (tip, at): (&Tip, Vector3<f64>),
+        tip: &Tip,
+        at: Vector3<f64>,
         tolerance: f64,
         shown: bool,
     ) -> Result<(Vec<Fallen>, Solved, Spring)> {
-        let lam = (self.law.flexures()[0].max(self.law.flexures()[1]) * self.n.norm()).sqrt();
+        let lam = self.pull_number();
         // Sections turn by their strains, and shapes on the way may be steeper than the fold's.
         let turning = self.strains(shape)?.steepest();
         let places = self.even_places(STEEPER * lam.max(turning), TOLERANCE)?;
@@ -225,7 +226,7 @@ impl RodUnderForce<'_> {
                         way.extend(self.fallen_shape(shape, strains));
                     }
                 };
-                let rested = self.flow(&here, (&fold, pushed), (tip, at), lam, &mut seen);
+                let rested = self.flow(&here, &fold, pushed, tip, at, &mut seen);
                 let rest = |shape| self.rest(shape, tip, at, tolerance).ok();
                 let Some((solved, spring)) = rested.and_then(rest) else {
                     continue;
@@ -284,7 +285,7 @@ impl RodUnderForce<'_> {
         let there = self.with_force_and_unit(found.shape.n);
         let compliance = spring.alone(&found.by_force.position);
         compliance.is_ok_and(|compliance| {
-            let index = there.index(&found.shape, tip, &compliance, &axes);
+            let index = there.index(&found.shape, tip, &compliance, &axes, None);
             index.is_ok_and(|index| index == 0)
         })
     }
@@ -319,21 +320,27 @@ impl RodUnderForce<'_> {
         Some((energy, sections))
     }
 
+    /// sqrt(F L^2/B) with the larger bending stiffness.
+    fn pull_number(&self) -> f64 {
+        (self.law.flexures()[0].max(self.law.flexures()[1]) * self.n.norm()).sqrt()
+    }
+
     /// Shape near rest at the end of the flow from `pushed`; every shape on the way is passed to `way` with its
     /// strains. None if the flow falls back to the fold, or does not settle.
     fn flow(
         &self,
         here: &Shape,
-        (fold, pushed): (&Strains, Strains),
-        (tip, at): (&Tip, Vector3<f64>),
-        lam: f64,
+        fold: &Strains,
+        pushed: Strains,
+        tip: &Tip,
+        at: Vector3<f64>,
         way: &mut dyn FnMut(&Shape, &Strains),
     ) -> Option<Shape> {
         let held = Spring {
             stiffness: f64::INFINITY,
             at,
         };
-        let start = pushed.distance(fold);
+        let (lam, start) = (self.pull_number(), pushed.distance(fold));
         let (mut shape, mut strains, mut h) = (here.clone(), pushed, FIRST);
         let mut rate: Option<Strains> = None;
         for _ in 0..STEPS {

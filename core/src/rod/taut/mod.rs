@@ -21,11 +21,8 @@ mod stabilising_spring;
 mod taut_rod;
 mod turning_base;
 
-use super::distributed_load::ScaledLoad;
-use super::ivp::Wrench;
-use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
-use crate::math::se3::{exponential, frame, halves, rotation_vector};
+use crate::math::se3::{exponential, frame, join, rotation_vector};
 use chain::{
     ANSWERS, Answers, AtEnd, ChainSolution, ForceEquation, Forces, REST, chain, interval_change,
     rest,
@@ -36,10 +33,10 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 pub(in crate::rod) use end_conditions::{TAUT, TIGHT};
 pub use first_order_mass::Rates;
-pub(in crate::rod) use interval::Section;
+pub(in crate::rod) use interval::{Section, Symmetry};
 pub use landing::Fallen;
 pub use stabilising_spring::Spring;
-pub use taut_rod::Taut;
+pub use taut_rod::{Taut, TautLoad};
 
 /// Data at the end of a rod besides the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +77,8 @@ pub(in crate::rod) struct Solved {
     /// Sign of the determinant of the boundary-value problem; it changes where the rod under this force, with its
     /// spring, is neutral.
     pub sign: f64,
+    /// Normal of the plane that the rod was not let out of.
+    pub plane: Option<Vector3<f64>>,
     /// Estimated error of frame and couple (over sqrt|n|), and number of Newton steps.
     pub error: f64,
     pub iterations: usize,
@@ -142,6 +141,26 @@ const FINEST: f64 = 1e-14;
 const COARSEST: f64 = 1e-6;
 
 impl Shape {
+    /// The shape with these sections at s, on the mesh `places`, under the base force `n`.
+    fn from_sections(
+        places: Vec<f64>,
+        n: Vector3<f64>,
+        tolerance: f64,
+        section: impl Fn(f64) -> Section,
+    ) -> Self {
+        let inner = &Scheme::get().nodes;
+        Self {
+            nodes: places.iter().map(|s| section(*s)).collect(),
+            stages: places
+                .windows(2)
+                .map(|pair| inner.map(|x| section(pair[0] + x * (pair[1] - pair[0]))))
+                .collect(),
+            places,
+            n,
+            tolerance,
+        }
+    }
+
     /// True if a rod under the force `n`, wanted to `tolerance`, can begin from this shape.
     fn serves(&self, n: &Vector3<f64>, tolerance: f64) -> bool {
         let ratio = (n.norm() / self.n.norm()).sqrt();
@@ -218,30 +237,31 @@ struct Correction {
     size: f64,
 }
 
-/// The rod, with a load along it, under the force of the base wrench `b`, which it bears together with `spring`; its
-/// end is held as `tip` says. The couple of `b` and `start` select among several equilibria. `tolerance` is for turns
-/// and couples over sqrt|n|.
+/// The rod `pulled`, whose force at the base it bears together with `spring`; its end is held as `tip` says. The couple
+/// `m` at the base and `start` select among several equilibria. `tolerance` is for turns and couples over sqrt|n|.
+/// Motions out of the plane of the rod's symmetry show neither in the derivatives nor in the sign.
 ///
 /// # Errors
 /// A law that refuses; no convergence.
-pub(in crate::rod) fn solve_taut_rod(
-    rod: (&ScaledLaw, Option<&ScaledLoad>),
-    b: &Wrench,
-    (tip, spring): (&Tip, &Spring),
+fn solve_taut_rod(
+    pulled: &RodUnderForce<'_>,
+    m: &Vector3<f64>,
+    tip: &Tip,
+    spring: &Spring,
     start: Option<&Shape>,
     tolerance: f64,
 ) -> Result<Solved> {
     let tolerance = tolerance.clamp(FINEST, COARSEST);
-    let (m, n) = halves(b);
-    let pulled = RodUnderForce::new(rod, n);
+    let b = join(m, &pulled.n);
     let begun = |shape: Shape| pulled.refine_until_accurate(shape, tip, spring, tolerance);
     let near = |couple: &Vector3<f64>| (couple - m).norm() < NEAR * pulled.kappa;
-    let beside = start.filter(|shape| near(&shape.nodes[0].m) && shape.serves(&n, tolerance));
+    let beside =
+        start.filter(|shape| near(&shape.nodes[0].m) && shape.serves(&pulled.n, tolerance));
     let ways: [&dyn Fn() -> Option<Solved>; 3] = [
         &|| begun(beside?.clone()).ok(),
         &|| {
             if pulled.kappa < FOLLOWED {
-                begun(pulled.integrate_from_base(b, tip, tolerance)?).ok()
+                begun(pulled.integrate_from_base(&b, tip, tolerance)?).ok()
             } else {
                 None
             }
@@ -256,7 +276,10 @@ pub(in crate::rod) fn solve_taut_rod(
             found => other = other.or(found),
         }
     }
-    match (pulled.guess_shape(b, tip, tolerance).and_then(begun), other) {
+    match (
+        pulled.guess_shape(&b, tip, tolerance).and_then(begun),
+        other,
+    ) {
         (Ok(found), _) if near(&found.base_couple) => Ok(found),
         (_, Some(other)) => Ok(other),
         (guessed, None) => guessed,
@@ -279,7 +302,7 @@ impl RodUnderForce<'_> {
         let (mut place, turn) = (Vector3::zeros(), frame(&last.turn));
         let there = self.with_force_and_unit(shape.n);
         for (k, stages) in shape.stages.iter().enumerate() {
-            let passed = there.integrate_interval((shape.places[k], shape.places[k + 1]), stages);
+            let passed = there.integrate_interval(shape.places[k], shape.places[k + 1], stages);
             place += passed.ok()?.way;
         }
         let same = |before: &Shape, found: &Solved| {
@@ -349,19 +372,23 @@ impl RodUnderForce<'_> {
             let there = self.with_force(&shape.n);
             iterations += steps;
             let mut split = Vec::with_capacity(shape.stages.len());
-            let (mut position, mut energy, mut work) = (Vector3::zeros(), 0.0, 0.0);
+            let mut reached = EndSums {
+                position: Vector3::zeros(),
+                energy: 0.0,
+                work: 0.0,
+            };
             let mut error = 0.0_f64;
             for (k, stages) in shape.stages.iter().enumerate() {
                 let (from, to) = (shape.places[k], shape.places[k + 1]);
-                let passed = there.integrate_interval((from, to), stages)?;
-                work += (there.force(from) - there.force(to)).dot(&position) + passed.work;
-                position += passed.way;
-                energy += passed.energy;
+                let passed = there.integrate_interval(from, to, stages)?;
+                reached.work +=
+                    (there.force(from) - there.force(to)).dot(&reached.position) + passed.work;
+                reached.position += passed.way;
+                reached.energy += passed.energy;
                 error = error.max(passed.error);
                 split.push(!(passed.error <= tolerance && passed.turn <= TURNED));
             }
             if !split.contains(&true) {
-                let reached = (position, energy, work);
                 return Ok(self.solved_rod(shape, correction, reached, error, iterations));
             }
             if shape.stages.len() > INTERVALS {
@@ -402,7 +429,7 @@ impl RodUnderForce<'_> {
                 let change = rest(answers);
                 correct(&mut shape.nodes[k], &change, part, self.kappa);
                 if let Some(interval) = correction.intervals.get(k) {
-                    interval.correct((&change, &force), part, self.kappa, &mut shape.stages[k]);
+                    interval.correct(&change, &force, part, self.kappa, &mut shape.stages[k]);
                 }
             }
             shape.n += force * part;
@@ -432,12 +459,16 @@ impl RodUnderForce<'_> {
         let mut intervals = Vec::with_capacity(shape.stages.len());
         let mut place = Vector3::zeros();
         for (k, stages) in shape.stages.iter().enumerate() {
-            let places = (shape.places[k], shape.places[k + 1]);
+            let (from, to) = (shape.places[k], shape.places[k + 1]);
             let ends = [&shape.nodes[k], &shape.nodes[k + 1]];
-            let by = there.variations(places, stages)?;
+            let by = there.variations(from, to, stages)?;
             let found = by.and_then(|by| {
                 let left = there.residual(&by, ends, stages);
-                Some(by.condense()?.with_residual(&by, &left))
+                let whole = by.condense()?.with_residual(&by, &left);
+                Some(match &self.symmetry.plane {
+                    Some(normal) => whole.in_plane(normal, by.h),
+                    None => whole,
+                })
             });
             let Some(found) = found else {
                 return Ok(None);
@@ -461,7 +492,7 @@ impl RodUnderForce<'_> {
                 unit,
             },
         };
-        let Some(chained) = chain(&intervals, &end, &hold) else {
+        let Some(chained) = chain(&intervals, &end, &hold, self.turns_freely()) else {
             return Ok(None);
         };
         let ChainSolution { nodes, force, sign } = chained;
@@ -484,6 +515,11 @@ impl RodUnderForce<'_> {
         }))
     }
 
+    /// True if one motion is known to be neutral; it leads out of any plane.
+    fn turns_freely(&self) -> bool {
+        self.symmetry.turns && self.symmetry.plane.is_none()
+    }
+
     fn at_end(&self, last: &Section, tip: &Tip) -> AtEnd {
         let mut end = AtEnd {
             by: SMatrix::zeros(),
@@ -501,7 +537,11 @@ impl RodUnderForce<'_> {
                 // m = couple + R arm x n.
                 let (lever, n) = (frame(&last.turn) * arm, self.force(1.0));
                 let off = couple + lever.cross(&n) - last.m;
-                let turned = -(n.cross_matrix() * lever.cross_matrix()) / self.kappa;
+                let mut turned = -(n.cross_matrix() * lever.cross_matrix()) / self.kappa;
+                if let Some(normal) = &self.symmetry.plane {
+                    let about = normal * normal.transpose();
+                    turned = about * turned * about;
+                }
                 end.by.fixed_columns_mut::<3>(0).copy_from(&turned);
                 end.by.fixed_columns_mut::<3>(3).copy_from(&unit);
                 let by_force = lever.cross_matrix() / self.kappa;
@@ -518,7 +558,7 @@ impl RodUnderForce<'_> {
         &self,
         shape: Shape,
         correction: Correction,
-        (position, energy, work): (Vector3<f64>, f64, f64),
+        reached: EndSums,
         error: f64,
         iterations: usize,
     ) -> Solved {
@@ -536,17 +576,26 @@ impl RodUnderForce<'_> {
         };
         Solved {
             base_couple: shape.nodes[0].m,
-            position,
-            energy,
-            work,
+            position: reached.position,
+            energy: reached.energy,
+            work: reached.work,
             by_force: derivatives(0),
             by_tip: derivatives(3),
             sign: correction.sign,
+            plane: self.symmetry.plane,
             error,
             iterations,
             shape,
         }
     }
+}
+
+/// Integrals from the clamp to the end.
+struct EndSums {
+    position: Vector3<f64>,
+    energy: f64,
+    /// Work of the load along the rod.
+    work: f64,
 }
 
 /// Frame and couple at a place, the position and the energy up to the place.
@@ -557,7 +606,8 @@ impl RodUnderForce<'_> {
     fn sections(
         &self,
         shape: &Shape,
-        (tip, spring): (&Tip, &Spring),
+        tip: &Tip,
+        spring: &Spring,
         at: &[f64],
         tolerance: f64,
     ) -> Result<Vec<PassedSection>> {
@@ -577,15 +627,18 @@ impl RodUnderForce<'_> {
         let (mut k, mut way, mut energy) = (0, Vector3::zeros(), 0.0);
         for s in at {
             while k + 1 < fine.stages.len() && fine.places[k + 1] <= *s {
-                let passed = there
-                    .integrate_interval((fine.places[k], fine.places[k + 1]), &fine.stages[k])?;
+                let passed = there.integrate_interval(
+                    fine.places[k],
+                    fine.places[k + 1],
+                    &fine.stages[k],
+                )?;
                 way += passed.way;
                 energy += passed.energy;
                 k += 1;
             }
             let (from, to) = (fine.places[k], s.clamp(fine.places[k], fine.places[k + 1]));
             let part = Scheme::get().nodes.map(|x| fine.at(from + x * (to - from)));
-            let passed = there.integrate_interval((from, to), &part)?;
+            let passed = there.integrate_interval(from, to, &part)?;
             let mut section = fine.at(to);
             section.turn /= section.turn.norm();
             found.push((section, way + passed.way, energy + passed.energy));

@@ -4,7 +4,7 @@ use super::interval::{RodUnderForce, Section};
 use super::turning_base::Turning;
 use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solve_taut_rod};
 use crate::error::Result;
-use crate::math::se3::{frame, join};
+use crate::math::se3::{frame, halves, join};
 use crate::rod::distributed_load::ScaledLoad;
 use crate::rod::{DistributedLoad, Rod, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -42,6 +42,15 @@ pub struct Taut {
     pub(super) weight: Option<ScaledLoad>,
 }
 
+/// Dead load along a taut rod.
+#[derive(Debug, Clone, Copy)]
+pub struct TautLoad<'a> {
+    /// The load.
+    pub along: &'a DistributedLoad,
+    /// True if the solution is to have [`Taut::by_turn`], the response of the load to a turn of the clamp.
+    pub turns: bool,
+}
+
 impl Taut {
     /// Intervals of the mesh along the rod.
     pub fn intervals(&self) -> usize {
@@ -71,25 +80,25 @@ impl Rod {
         start: Option<&Taut>,
         tolerance: f64,
     ) -> Result<Taut> {
-        self.taut_beside(base, (tip, &Spring::NONE), (None, false), start, tolerance)
+        self.taut_beside(base, tip, &Spring::NONE, None, start, tolerance)
     }
 
     /// Equilibrium of a rod that bears the force of `base` together with a spring beside its end, and a dead load
     /// along it if given. [`Taut::base`] has the force on the rod alone; derivatives by the force are by the total.
-    /// `turns` asks for [`Taut::by_turn`], the response of the load to a turn of the clamp.
     ///
     /// # Errors
     /// As [`Rod::taut`].
     pub fn taut_beside(
         &self,
         base: &Wrench,
-        (tip, spring): (&Tip, &Spring),
-        (load, turns): (Option<&DistributedLoad>, bool),
+        tip: &Tip,
+        spring: &Spring,
+        load: Option<TautLoad<'_>>,
         start: Option<&Taut>,
         tolerance: f64,
     ) -> Result<Taut> {
         let (couple, force) = self.units();
-        let weight = load.map(|load| ScaledLoad::new(load, self));
+        let weight = load.map(|load| ScaledLoad::new(load.along, self));
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let b = self.inward(base);
         let tip = match tip {
@@ -103,32 +112,36 @@ impl Rod {
             stiffness: spring.stiffness * self.length / force,
             at: turn.tr_mul(&(spring.at - self.clamp.translation.vector)) / self.length,
         };
+        let (m, n) = halves(&b);
         let found = solve_taut_rod(
-            (&self.law, weight.as_ref()),
-            &b,
-            (&tip, &spring),
+            &RodUnderForce::new(&self.law, weight.as_ref(), n),
+            &m,
+            &tip,
+            &spring,
             start.map(|start| &start.shape),
             tolerance,
         )?;
         let turned = match &weight {
-            Some(weight) if turns => {
-                let turning = Turning::new((&self.law, weight), &found.shape, (&tip, &spring));
+            Some(weight) if load.is_some_and(|load| load.turns) => {
+                let turning = Turning::new(&self.law, weight, &found.shape, &tip, &spring);
                 Some(turning?.derivatives())
             }
             _ => None,
         };
-        self.outward_taut(found, (tip, spring), (weight, turned))
+        self.outward_taut(found, tip, spring, weight, turned)
     }
 
     /// Conversion of a solution from the rod's units into the world and the user's units.
     fn outward_taut(
         &self,
         found: Solved,
-        (tip, spring): (Tip, Spring),
-        (weight, turned): (Option<ScaledLoad>, Option<Derivatives>),
+        tip: Tip,
+        spring: Spring,
+        weight: Option<ScaledLoad>,
+        turned: Option<Derivatives>,
     ) -> Result<Taut> {
         let (couple, force) = self.units();
-        let pulled = RodUnderForce::new((&self.law, weight.as_ref()), found.shape.n);
+        let pulled = RodUnderForce::new(&self.law, weight.as_ref(), found.shape.n);
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let place = |m: &Matrix3<f64>, unit: f64| turn * m * turn.transpose() * unit;
         let out = |by: &Derivatives, unit: f64| Derivatives {
@@ -169,7 +182,7 @@ impl Rod {
 
     /// The collocation problem of the rod under the force `n`, with the load along it.
     pub(super) fn under_force<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> RodUnderForce<'a> {
-        RodUnderForce::new((&self.law, found.weight.as_ref()), n)
+        RodUnderForce::new(&self.law, found.weight.as_ref(), n)
     }
 
     /// Rod at rest after a taut rod leaves its fold `found` towards `beside`, rods a little to both sides of the
@@ -188,17 +201,25 @@ impl Rod {
     ) -> Result<(Vec<Fallen>, Taut)> {
         let pulled = self.under_force(found, found.shape.n);
         let beside = beside.map(|taut| &taut.shape);
-        let held = (&found.tip, found.place);
-        let (mut way, rested, spring) =
-            pulled.land_from_fold(&found.shape, beside, held, tolerance, shown)?;
+        let (mut way, rested, spring) = pulled.land_from_fold(
+            &found.shape,
+            beside,
+            &found.tip,
+            found.place,
+            tolerance,
+            shown,
+        )?;
         for (energy, sections) in &mut way {
             *energy *= self.units().0;
             for at in sections {
                 at.translation.vector *= self.length;
             }
         }
-        let load = (found.weight.clone(), None);
-        Ok((way, self.outward_taut(rested, (found.tip, spring), load)?))
+        let load = found.weight.clone();
+        Ok((
+            way,
+            self.outward_taut(rested, found.tip, spring, load, None)?,
+        ))
     }
 
     pub(in crate::rod) fn outward_section(
@@ -234,12 +255,8 @@ impl Rod {
         let pulled = self.under_force(found, found.total_force());
         // Between its nodes a mesh has half the order: it is halved until the polynomials are as accurate.
         let places: Vec<f64> = at.iter().map(|s| s / self.length).collect();
-        let sections = pulled.sections(
-            &found.shape,
-            (&found.tip, &found.spring),
-            &places,
-            tolerance,
-        )?;
+        let sections =
+            pulled.sections(&found.shape, &found.tip, &found.spring, &places, tolerance)?;
         let sections = sections.iter().zip(&places);
         sections
             .map(|((section, r, energy), s)| {
@@ -270,6 +287,7 @@ impl Rod {
             &found.tip,
             &found.spring.alone(&found.give)?,
             axes,
+            None,
         )
     }
 }

@@ -70,13 +70,15 @@ impl Turning {
     /// # Errors
     /// A law that refuses; a rod that is neutral under these end data.
     pub fn new(
-        (law, weight): (&ScaledLaw, &ScaledLoad),
+        law: &ScaledLaw,
+        weight: &ScaledLoad,
         shape: &Shape,
-        (tip, spring): (&Tip, &Spring),
+        tip: &Tip,
+        spring: &Spring,
     ) -> Result<Self> {
-        let pulled = RodUnderForce::new((law, Some(weight)), shape.force());
+        let pulled = RodUnderForce::new(law, Some(weight), shape.force());
         let (hold, _) = Rates::Force.force_equation(tip, spring, pulled.kappa * pulled.kappa);
-        let swept = LinearisedRod::new(&pulled, (shape, tip), hold)?.ok_or_else(neutral_error)?;
+        let swept = LinearisedRod::new(&pulled, shape, tip, hold)?.ok_or_else(neutral_error)?;
         let condensed = swept.condense().ok_or_else(neutral_error)?;
         Ok(Self::of(&swept, condensed).ok_or_else(neutral_error)?.0)
     }

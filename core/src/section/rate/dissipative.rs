@@ -4,7 +4,7 @@ use super::active_strains::{check_constraints, free_overstress, six};
 use super::{Rate, RateLaw};
 use crate::error::{Error, Result, check_finite};
 use crate::section::jet::{jet, mixed_derivatives};
-use crate::section::newton::{Convexity, Point, Potential, invert};
+use crate::section::newton::{Convexity, LawPoint, Potential, invert};
 use crate::section::{DualNum, Resultant, Strain};
 use nalgebra::{Matrix6, Vector6};
 use std::fmt::Debug;
@@ -155,7 +155,7 @@ impl<P: DissipationPotential> Potential for Here<'_, P> {
         self.law.0.rigid()
     }
 
-    fn at(&self, rate: &Vector6<f64>) -> Result<Option<Point>> {
+    fn at(&self, rate: &Vector6<f64>) -> Result<Option<LawPoint>> {
         let Some((resultants, slope)) = self.jet(rate) else {
             return Ok(None);
         };
@@ -167,7 +167,7 @@ impl<P: DissipationPotential> Potential for Here<'_, P> {
                 return Err(self.not_convex(rate, smallest, strain));
             }
         }
-        Ok(Some(Point {
+        Ok(Some(LawPoint {
             strain: *rate,
             // A potential such as sqrt(1 + x^2) - 1 loses its digits at small rates; its slope does not. With Phi -
             // w.e_t set equal at all points the search uses slopes alone, which suffices for a convex Phi.

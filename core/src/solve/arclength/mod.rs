@@ -39,7 +39,7 @@ pub use options::{Direction, Options, Predictor};
 
 use super::elimination::Place;
 use super::newton;
-use super::newton_on_branch::{Corrected, Cubic, Failure, Finish, Space};
+use super::newton_on_branch::{Corrected, Cubic, DirectedPlace, Failure, Finish, Space};
 use super::parametrised_problem::{Family, check_size};
 use super::special_points::{Sample, Special, SpecialKind};
 use crate::error::{Error, Result};
@@ -83,7 +83,7 @@ impl<'a> Continuation<'a> {
         p: f64,
         mut options: Options,
     ) -> Result<Self> {
-        let space = Self::space(family, (&x, p), &mut options)?;
+        let space = Self::space(family, &x, p, &mut options)?;
         let newton = newton::Options {
             tolerance: options.tolerance,
             ..newton::Options::default()
@@ -130,7 +130,7 @@ impl<'a> Continuation<'a> {
         start: &BranchStart,
         mut options: Options,
     ) -> Result<Self> {
-        let space = Self::space(family, (&start.x, start.p), &mut options)?;
+        let space = Self::space(family, &start.x, start.p, &mut options)?;
         check_size(
             family,
             "the direction of a branch's start",
@@ -159,7 +159,8 @@ impl<'a> Continuation<'a> {
 
     fn space(
         family: &'a dyn Family,
-        (x, p): (&DVector<f64>, f64),
+        x: &DVector<f64>,
+        p: f64,
         options: &mut Options,
     ) -> Result<Space<'a>> {
         options.check()?;
@@ -245,7 +246,10 @@ impl<'a> Continuation<'a> {
         let Corrected { place, tangent, .. } = &self.current.on;
         match (&self.previous, self.options.predictor) {
             (Some(previous), Predictor::Cubic) => {
-                let cubic = Cubic::new(previous.pair(), self.current.pair());
+                let cubic = Cubic::new(
+                    previous.place_and_tangent(),
+                    self.current.place_and_tangent(),
+                );
                 let t = 1.0 + h / cubic.length;
                 // Far beyond a short cubic its errors grow.
                 if h > 5.0 * cubic.length {
@@ -422,14 +426,17 @@ impl<'a> Continuation<'a> {
 
     /// The start again, if the branch passes it between two neighbours.
     fn closing_point(&self, a: &Sample, b: &Sample) -> Option<Sample> {
-        let (home, normal) = self.start.pair();
+        let DirectedPlace {
+            place: home,
+            tangent: normal,
+        } = self.start.place_and_tangent();
         let side = |s: &Sample| normal.dot(&(&s.on.place - &home));
         let passed = side(a) < 0.0 && side(b) >= 0.0 && normal.dot(&b.on.tangent) > 0.0;
         if !(passed && a.arclength > 0.0) {
             return None;
         }
         let t = side(a) / (side(a) - side(b));
-        let cubic = Cubic::new(a.pair(), b.pair());
+        let cubic = Cubic::new(a.place_and_tangent(), b.place_and_tangent());
         let guess = cubic.at(t);
         if !((&guess - &home).norm() < 0.2 * cubic.length) {
             return None;
@@ -459,9 +466,9 @@ impl<'a> Continuation<'a> {
             .iter()
             .filter(|s| s.kind == SpecialKind::Fold || s.turning)
             .map(|s| (s.place_and_tangent(weight), s.point.arclength));
-        let mut knots = vec![(a.pair(), a.arclength)];
+        let mut knots = vec![(a.place_and_tangent(), a.arclength)];
         knots.extend(turns);
-        knots.push((b.pair(), b.arclength));
+        knots.push((b.place_and_tangent(), b.arclength));
         let mut landed = Vec::new();
         for pair in knots.windows(2) {
             let ((start, s0), (end, s1)) = (&pair[0], &pair[1]);

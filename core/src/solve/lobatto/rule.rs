@@ -14,9 +14,9 @@ pub const ROWS: usize = 8;
 /// Numbers by row and node, the first node omitted.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub struct Block(pub [Row; ROWS]);
+pub struct NodeRows(pub [Row; ROWS]);
 
-impl Block {
+impl NodeRows {
     /// Zeros.
     pub(super) const ZERO: Self = Self([[0.0; 8]; ROWS]);
 }
@@ -24,7 +24,7 @@ impl Block {
 /// Legendre coefficients by row: P_1 .. P_8, and P_0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Modes {
-    pub high: Block,
+    pub high: NodeRows,
     pub mean: Row,
 }
 
@@ -67,10 +67,12 @@ const fn with_first(first: f64, others: Row) -> [f64; 9] {
 #[inline(always)]
 pub(super) fn states_at_nodes<S: Simd>(
     simd: S,
-    (from, start, slopes): (&Row, &Row, &Block),
+    from: &Row,
+    start: &Row,
+    slopes: &NodeRows,
     h: f64,
     rows: Range<usize>,
-    to: &mut Block,
+    to: &mut NodeRows,
 ) {
     let mut a = [Eight::all(simd, 0.0); 9];
     for j in 0..9 {
@@ -94,7 +96,7 @@ pub(super) fn states_at_nodes<S: Simd>(
 #[inline(always)]
 pub(super) fn squared_change<S: Simd>(
     simd: S,
-    [before, now]: [&Block; 2],
+    [before, now]: [&NodeRows; 2],
     scales: &Row,
     rows: usize,
 ) -> f64 {
@@ -109,7 +111,7 @@ pub(super) fn squared_change<S: Simd>(
 /// The polynomials through the slopes, as a task for wide registers.
 pub(super) struct Fitting {
     pub start: Row,
-    pub slopes: Block,
+    pub slopes: NodeRows,
 }
 
 impl WithSimd for Fitting {
@@ -126,13 +128,13 @@ impl WithSimd for Fitting {
 
 impl Modes {
     pub const ZERO: Self = Self {
-        high: Block::ZERO,
+        high: NodeRows::ZERO,
         mean: [0.0; 8],
     };
 
     /// Fits the coefficients of P_1 .. P_8 to the slopes; rows without slopes are unchanged.
     #[inline(always)]
-    pub fn fit_high<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
+    pub fn fit_high<S: Simd>(&mut self, simd: S, start: &Row, slopes: &NodeRows, rows: usize) {
         let mut high = [Eight::all(simd, 0.0); 9];
         for j in 0..9 {
             let mut at = [0.0; 8];
@@ -150,7 +152,7 @@ impl Modes {
 
     /// Fits the coefficients of P_0 to the slopes.
     #[inline(always)]
-    pub fn fit_mean<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
+    pub fn fit_mean<S: Simd>(&mut self, simd: S, start: &Row, slopes: &NodeRows, rows: usize) {
         let weights = Eight::of(simd, WEIGHTS) * 0.5;
         for i in 0..rows {
             let rest = (weights * Eight::of(simd, slopes.0[i])).total();
@@ -161,7 +163,7 @@ impl Modes {
     /// Values of the polynomials at the nodes of a step that begins at `from` on [-1, 1] and is `ratio` times as
     /// long.
     #[inline(always)]
-    pub fn at<S: Simd>(&self, simd: S, (from, ratio): (f64, f64), rows: usize, to: &mut Block) {
+    pub fn at<S: Simd>(&self, simd: S, from: f64, ratio: f64, rows: usize, to: &mut NodeRows) {
         let one = Eight::all(simd, 1.0);
         let x = (Eight::of(simd, PLACES) + one).times_plus(one.with(ratio), one.with(from));
         let mut p = [one; 9];

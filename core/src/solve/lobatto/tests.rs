@@ -27,7 +27,7 @@ impl Sweeps for Rough {
 
     fn begin(&mut self) {}
 
-    fn forces<S: Simd>(&mut self, _: S, at: &Block, slopes: &mut Block) -> bool {
+    fn forces<S: Simd>(&mut self, _: S, at: &NodeRows, slopes: &mut NodeRows) -> bool {
         for i in 0..8 {
             slopes.0[1][i] = self.force(at.0[0][i]);
             slopes.0[2][i] = 1.0;
@@ -35,7 +35,7 @@ impl Sweeps for Rough {
         true
     }
 
-    fn moves<S: Simd>(&mut self, _: S, at: &Block, slopes: &mut Block) {
+    fn moves<S: Simd>(&mut self, _: S, at: &NodeRows, slopes: &mut NodeRows) {
         slopes.0[0] = at.0[1];
     }
 }
@@ -51,7 +51,7 @@ impl Eightwise<Vector3<f64>> for Rough {
         Vector3::from_column_slice(&row[..3])
     }
 
-    fn states(&self, at: &Block) -> [Vector3<f64>; 8] {
+    fn states(&self, at: &NodeRows) -> [Vector3<f64>; 8] {
         std::array::from_fn(|i| Vector3::new(at.0[0][i], at.0[1][i], at.0[2][i]))
     }
 
@@ -75,7 +75,7 @@ fn parts_of_a_step_are_solved_where_the_step_was() {
         let mut steps = Lobatto::new(0.3, tolerance);
         for _ in 0..40 {
             let slope = Vector3::new(state[1], motion.force(state[0]), 1.0);
-            let Some(step) = steps.step((&state, &slope), motion, 1.0, &mut cost) else {
+            let Some(step) = steps.step(&state, &slope, motion, 1.0, &mut cost) else {
                 continue;
             };
             taken += 1;

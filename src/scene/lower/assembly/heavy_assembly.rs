@@ -7,8 +7,8 @@ use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use crate::full_mass::frames::Curve;
 use crate::full_mass::rod::{HeavyRod, RodDescription};
-use crate::motion::full_mass::{HeavyRun, HeavyStart, RodStart};
-use crate::motion::{Nodes, Options};
+use crate::motion::full_mass::{HeavyStart, RodStart, heavy_motion};
+use crate::motion::{Motion, Nodes, Options};
 use crate::scene::{AssemblyScene, LoadAlong, Rod, Scales, Scene, Site};
 use crate::section::Strain;
 use nalgebra::UnitQuaternion;
@@ -33,7 +33,7 @@ pub(super) fn heavy(
         let tie = |site: &Site| -> Result<Tie> {
             Ok(Tie {
                 on: attachment(given, site, scales)?,
-                joint: site.joint,
+                joint: site.joint.of_rod(),
             })
         };
         let made = || {
@@ -80,17 +80,17 @@ pub(super) fn heavy(
 
 impl AssemblySetup {
     /// A run with the full mass of the rods, started from the configuration `start` of the massless rods.
-    pub(super) fn heavy_motion(
+    pub(super) fn heavy_motion<'a>(
         &self,
         heavy: &HeavyAssembly,
         start: &Configuration,
         scene: &Scene,
         mut options: Options,
-    ) -> Result<HeavyRun> {
+    ) -> Result<Box<dyn Motion<'a> + 'a>> {
         if let Some(nodes) = scene.rod.nodes {
             options.nodes = Nodes::Fixed(nodes);
         }
-        HeavyRun::new(heavy, &self.heavy_start(start)?, options)
+        heavy_motion(heavy, &self.heavy_start(start)?, options)
     }
 
     /// Start of heavy rods from a configuration of massless ones: heavy rods settle to equilibrium, except when

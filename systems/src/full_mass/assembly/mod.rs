@@ -477,6 +477,14 @@ impl HeavyAssembly {
         ended.collect()
     }
 
+    /// Motions of the sections of rod `k` at places in [0, 1], in growing order; None if the rod has no shape.
+    pub fn motions_of(&self, at: &HeavyState, k: usize, places: &[f64]) -> Option<Vec<BodyMotion>> {
+        let base = &at.seats[k].0;
+        self.links[k]
+            .rod
+            .motions(&at.rods[k], base.pose, base.twist, places)
+    }
+
     /// Centrelines of the rods with a contact diameter in a state.
     pub fn tubes<'a>(&'a self, at: &'a HeavyState) -> Vec<Tube<'a>> {
         let rods = self.links.iter().zip(&at.rods).enumerate();

@@ -449,8 +449,8 @@ impl<T: Scalar> Factor<T> for HeavyAssemblyFactor<T> {
         }
         let rods = found.rods.iter_mut().zip(&moved.rods).zip(&self.memory[..]);
         for (((out, q), memory), z) in rods.zip(&places.dashpots) {
-            let springs = (q.as_slice(), &b.as_slice()[z.clone()]);
-            memory.eliminate(sigma, springs, out.as_mut_slice());
+            let z = &b.as_slice()[z.clone()];
+            memory.eliminate(sigma, q.as_slice(), z, out.as_mut_slice());
         }
         if !self.factored.solve(&mut found) {
             return false;

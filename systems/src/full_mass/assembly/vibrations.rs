@@ -91,8 +91,8 @@ impl HeavyAssembly {
             branches.extend(link.rod.memory.branches_from(first));
             first += link.rod.size();
         }
-        let matrices = ([stiffness, damping], self.is_conservative());
-        decaying(&modes, matrices, &branches, count)
+        let (forms, conservative) = ([stiffness, damping], self.is_conservative());
+        decaying(&modes, forms, conservative, &branches, count)
     }
 
     /// Slowest vibrations about `y` with all ends on the attachments.

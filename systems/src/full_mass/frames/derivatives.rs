@@ -211,7 +211,7 @@ impl Sections {
             (Some(spins), Some(eta)) => {
                 let (own, base) = (self.own(shape), self.base(eta[0].ncols()));
                 let gathered = spins.gathered(&arms);
-                bent = Some((spins.bent(eta, &own, base, (&arms, &gathered)), own));
+                bent = Some((spins.bent(eta, &own, base, &arms, &gathered), own));
                 spins.gathered_all(&pressed)
             }
             _ => {

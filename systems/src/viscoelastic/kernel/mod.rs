@@ -55,7 +55,7 @@ mod modal;
 
 use crate::error::{Error, Result};
 use crate::section::rate::{Viscoelastic, inverse_of_free};
-use modal::{End, Node, compliances, flat, nodes, off_the_moving, total};
+use modal::{EndUnits, Node, compliances, flat, nodes, off_the_moving, total};
 use nalgebra::{Matrix6, Vector6};
 
 /// A relative defect of (6.15) below this is rounding.
@@ -124,10 +124,10 @@ pub struct Commuting {
 /// As [`MemoryKernel::new`].
 pub fn commuting(section: &Viscoelastic, length: f64) -> Result<Commuting> {
     let (nodes, _) = nodes(section, length, [true; 6])?;
-    Ok(defect(&nodes, &End::new(&nodes)?, length))
+    Ok(defect(&nodes, &EndUnits::new(&nodes)?, length))
 }
 
-fn defect(nodes: &[Node], end: &End, length: f64) -> Commuting {
+fn defect(nodes: &[Node], end: &EndUnits, length: f64) -> Commuting {
     let shapes: Vec<_> = nodes.iter().map(|node| &node.load * end.unit).collect();
     let faster =
         |k: usize| shapes[k].map_with_location(|i, _, entry: f64| entry * nodes[k].rates[i]);
@@ -181,7 +181,7 @@ impl MemoryKernel {
             ));
         }
         let (nodes, accuracy) = nodes(section, length, carried)?;
-        let end = End::new(&nodes)?;
+        let end = EndUnits::new(&nodes)?;
         let relaxed = inverse_of_free(&total(&nodes, f64::recip), end.still()).ok_or_else(flat)?;
         let whole = carried == [true; 6]
             && section.rate.rigid() == [false; 6]

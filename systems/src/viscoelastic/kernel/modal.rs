@@ -17,7 +17,7 @@ const BENT: f64 = 1e-12;
 const WEAK: f64 = 1e-14;
 
 /// A row for each modal strain, a column for each component of the end wrench.
-pub(super) type Loads = OMatrix<f64, Dyn, U6>;
+pub(super) type ModalLoads = OMatrix<f64, Dyn, U6>;
 
 /// A point of the rod in modal strains y: e = E y with E E^T = A^-1, E^T B E = diag(rates).
 #[derive(Debug, Clone)]
@@ -26,7 +26,7 @@ pub(super) struct Node {
     pub weight: f64,
     pub rates: Vec<f64>,
     /// E^T Q: rows are modal strains.
-    pub load: Loads,
+    pub load: ModalLoads,
 }
 
 impl Node {
@@ -52,13 +52,13 @@ pub(super) fn total(nodes: &[Node], f: impl Fn(f64) -> f64 + Copy) -> Matrix6<f6
 }
 
 /// Normalisation of the end: units in which int Q^T A^-1 Q is 1.
-pub(super) struct End {
+pub(super) struct EndUnits {
     pub reach: [bool; 6],
     /// K^-T of int Q^T A^-1 Q = K K^T; zero rows and columns where the end does not move.
     pub unit: Matrix6<f64>,
 }
 
-impl End {
+impl EndUnits {
     pub fn new(nodes: &[Node]) -> Result<Self> {
         let mut mobility = total(nodes, |_| 1.0);
         let reach = std::array::from_fn(|k| mobility[(k, k)] > 0.0);
@@ -87,7 +87,7 @@ impl End {
 }
 
 /// R(0) and the modes of T off the moving fields S.
-pub(super) fn off_the_moving(nodes: &[Node], end: &End) -> Option<(Matrix6<f64>, Vec<Mode>)> {
+pub(super) fn off_the_moving(nodes: &[Node], end: &EndUnits) -> Option<(Matrix6<f64>, Vec<Mode>)> {
     let places: Vec<(usize, usize)> = (0..nodes.len())
         .flat_map(|k| (0..nodes[k].rates.len()).map(move |i| (k, i)))
         .filter(|(k, i)| nodes[*k].load.row(*i).amax() > 0.0)
@@ -290,7 +290,7 @@ fn node(
     for k in (0..6).filter(|k| !carried[*k]) {
         transfer.column_mut(k).fill(0.0);
     }
-    let moving = Loads::from_fn_generic(Dyn(all), U6, |i, j| {
+    let moving = ModalLoads::from_fn_generic(Dyn(all), U6, |i, j| {
         free.get(i).map_or(0.0, |k| transfer[(*k, j)])
     });
     Ok(Node {

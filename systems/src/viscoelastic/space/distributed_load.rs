@@ -7,13 +7,13 @@
 //! dr_k = sum_j A_kj (R_j du_j x (r_k - r_j) + R_j dv_j).
 //! ```
 
-use super::{Curve, beyond, column, free_v};
+use super::{FramedCurve, beyond, column, free_v};
 use crate::viscoelastic::grid::Grid;
 use crate::viscoelastic::kinematics::{Borne, Local};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 
 /// (c, N) at the nodes.
-fn resultants(grid: &Grid, curve: &Curve, force: &[Vector3<f64>]) -> Vec<[Vector3<f64>; 2]> {
+fn resultants(grid: &Grid, curve: &FramedCurve, force: &[Vector3<f64>]) -> Vec<[Vector3<f64>; 2]> {
     let moments = curve.positions.iter().zip(force);
     let mut sums: Vec<SVector<f64, 6>> = moments
         .map(|(r, f)| {
@@ -33,7 +33,7 @@ fn resultants(grid: &Grid, curve: &Curve, force: &[Vector3<f64>]) -> Vec<[Vector
 /// The local resultants of the load, and its potential.
 pub(super) fn borne<const M: usize>(
     grid: &Grid,
-    curve: &Curve,
+    curve: &FramedCurve,
     force: &[Vector3<f64>],
 ) -> Borne<M> {
     let resultants = resultants(grid, curve, force);
@@ -56,7 +56,7 @@ pub(super) fn borne<const M: usize>(
 /// Adds dg_i/de_j to the block (i, j).
 pub(super) fn add_stiffness<const M: usize>(
     grid: &Grid,
-    curve: &Curve,
+    curve: &FramedCurve,
     force: &[Vector3<f64>],
     out: &mut DMatrix<f64>,
 ) {

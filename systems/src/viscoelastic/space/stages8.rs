@@ -12,7 +12,8 @@ use crate::math::lanes8::Eight;
 use crate::math::real::Real;
 use crate::math::registers::Registers;
 use algebra::{
-    Turn, Vector, added, cross, directors, dot, exponential, over, product, scaled, spin, square,
+    Quaternion8, Vector, added, cross, directors, dot, exponential, over, product, scaled, spin,
+    square,
 };
 use nalgebra::DMatrix;
 use pulp::{Simd, WithSimd};
@@ -28,7 +29,7 @@ const COARSE: f64 = 1e-2;
 
 /// Pose of the end, and dissipation.
 #[derive(Clone, Copy, Default)]
-pub(super) struct End {
+pub(super) struct EndPose {
     /// Rotation (w, x, y, z).
     pub turn: [f64; 4],
     /// Position.
@@ -59,7 +60,7 @@ pub(super) struct Loading<'a, 'b> {
     pub law: Option<Flowing<'a>>,
     /// Outputs, written at the head of each, node by node; there may be fewer than lanes.
     pub out: &'a mut [&'b mut [f64]],
-    pub ends: &'a mut [End; LANES],
+    pub ends: &'a mut [EndPose; LANES],
     pub lanes: &'a mut Lanes,
 }
 
@@ -103,7 +104,7 @@ impl WithSimd for Loading<'_, '_> {
         let Some(room) = self.lanes.room(zero, size) else {
             return false;
         };
-        let mut room = Room(room);
+        let mut room = FieldPool(room);
         let (u, v) = (room.take::<3>(n), room.take::<3>(stretched));
         for v in &mut *v {
             *v = [zero, zero, zero.with(1.0)];
@@ -132,7 +133,7 @@ impl WithSimd for Loading<'_, '_> {
         }
         let (p, positions) = (room.take::<4>(n), room.take::<3>(n));
         let mut start = [zero.with(1.0), zero, zero, zero];
-        let mut scratch = Scratch {
+        let mut scratch = ElementFields {
             angles: room.take(n),
             residual: room.take(n),
             field: room.take(n),
@@ -224,7 +225,7 @@ impl WithSimd for Loading<'_, '_> {
         let places = end.map(Eight::numbers);
         let dissipated = dissipated.numbers();
         for lane in 0..self.out.len() {
-            let end = End {
+            let end = EndPose {
                 turn: turns.map(|x| x[lane]),
                 place: places.map(|x| x[lane]),
                 dissipated: dissipated[lane],
@@ -239,9 +240,9 @@ impl WithSimd for Loading<'_, '_> {
 }
 
 /// Workspace from which fields are allocated.
-struct Room<'a, S: Simd>(&'a mut [Eight<S>]);
+struct FieldPool<'a, S: Simd>(&'a mut [Eight<S>]);
 
-impl<'a, S: Simd> Room<'a, S> {
+impl<'a, S: Simd> FieldPool<'a, S> {
     /// A field with K numbers at n points.
     #[inline(always)]
     fn take<const K: usize>(&mut self, n: usize) -> &'a mut [[Eight<S>; K]] {
@@ -252,12 +253,12 @@ impl<'a, S: Simd> Room<'a, S> {
 }
 
 /// Intermediate fields of an element.
-struct Scratch<'a, S: Simd> {
+struct ElementFields<'a, S: Simd> {
     angles: &'a mut [Vector<S>],
-    residual: &'a mut [Turn<S>],
-    field: &'a mut [Turn<S>],
+    residual: &'a mut [Quaternion8<S>],
+    field: &'a mut [Quaternion8<S>],
     /// Corrections and their effects on the residual, alternating.
-    tried: &'a mut [Turn<S>],
+    tried: &'a mut [Quaternion8<S>],
 }
 
 /// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`. Returns the one at its end.
@@ -266,11 +267,11 @@ struct Scratch<'a, S: Simd> {
 fn turn<S: Simd>(
     grid: &Grid,
     element: &Element,
-    start: Turn<S>,
+    start: Quaternion8<S>,
     u: &[Vector<S>],
-    p: &mut [Turn<S>],
-    scratch: &mut Scratch<'_, S>,
-) -> Option<Turn<S>> {
+    p: &mut [Quaternion8<S>],
+    scratch: &mut ElementFields<'_, S>,
+) -> Option<Quaternion8<S>> {
     guess(grid, element, start, u, p, scratch.angles);
     if !correct(element, start, u, p, scratch) {
         return None;
@@ -300,9 +301,9 @@ fn turn<S: Simd>(
 fn guess<S: Simd>(
     grid: &Grid,
     element: &Element,
-    start: Turn<S>,
+    start: Quaternion8<S>,
     u: &[Vector<S>],
-    p: &mut [Turn<S>],
+    p: &mut [Quaternion8<S>],
     angles: &mut [Vector<S>],
 ) {
     let s = &grid.nodes()[element.nodes()];
@@ -335,10 +336,10 @@ fn guess<S: Simd>(
 #[inline(always)]
 fn correct<S: Simd>(
     element: &Element,
-    start: Turn<S>,
+    start: Quaternion8<S>,
     u: &[Vector<S>],
-    p: &mut [Turn<S>],
-    scratch: &mut Scratch<'_, S>,
+    p: &mut [Quaternion8<S>],
+    scratch: &mut ElementFields<'_, S>,
 ) -> bool {
     let n = u.len();
     let a = element.integrate();
@@ -462,7 +463,7 @@ fn integrate<S: Simd, const K: usize>(
 
 /// sum_i a_i o b_i*, times a number.
 #[inline(always)]
-fn inner<S: Simd>(a: &[Turn<S>], b: &[Turn<S>], factor: Eight<S>) -> Turn<S> {
+fn inner<S: Simd>(a: &[Quaternion8<S>], b: &[Quaternion8<S>], factor: Eight<S>) -> Quaternion8<S> {
     let mut sum = [factor.with(0.0); 4];
     for (a, b) in a.iter().zip(b) {
         let product = over(a, b);
@@ -480,7 +481,7 @@ fn inner<S: Simd>(a: &[Turn<S>], b: &[Turn<S>], factor: Eight<S>) -> Turn<S> {
 
 /// Adds theta o a_i to each b_i.
 #[inline(always)]
-fn add<S: Simd>(theta: &Turn<S>, a: &[Turn<S>], b: &mut [Turn<S>]) {
+fn add<S: Simd>(theta: &Quaternion8<S>, a: &[Quaternion8<S>], b: &mut [Quaternion8<S>]) {
     for (b, a) in b.iter_mut().zip(a) {
         let product = product(theta, a);
         for k in 0..4 {

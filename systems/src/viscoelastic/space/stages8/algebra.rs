@@ -9,11 +9,11 @@ const SMALL: f64 = 0.25;
 
 pub(super) type Vector<S> = [Eight<S>; 3];
 /// (w, x, y, z) of a quaternion.
-pub(super) type Turn<S> = [Eight<S>; 4];
+pub(super) type Quaternion8<S> = [Eight<S>; 4];
 
 /// The quaternion of a rotation vector: by the series for an angle that is halved until it is small, then doubled.
 #[inline(always)]
-pub(super) fn exponential<S: Simd>(angle: &Vector<S>) -> Turn<S> {
+pub(super) fn exponential<S: Simd>(angle: &Vector<S>) -> Quaternion8<S> {
     let mut square = dot(angle, angle) * 0.25;
     let (mut halvings, mut largest) = (0, square.greatest());
     while largest > SMALL && halvings < 64 {
@@ -47,7 +47,7 @@ pub(super) fn exponential<S: Simd>(angle: &Vector<S>) -> Turn<S> {
 
 /// The product a b: first b, then a.
 #[inline(always)]
-pub(super) fn product<S: Simd>(a: &Turn<S>, b: &Turn<S>) -> Turn<S> {
+pub(super) fn product<S: Simd>(a: &Quaternion8<S>, b: &Quaternion8<S>) -> Quaternion8<S> {
     let v = a[1].times_plus(b[1], a[2].times_plus(b[2], a[3] * b[3]));
     let mut c = [a[0] * b[0] - v, v, v, v];
     for (i, j, k) in [(1, 2, 3), (2, 3, 1), (3, 1, 2)] {
@@ -59,7 +59,7 @@ pub(super) fn product<S: Simd>(a: &Turn<S>, b: &Turn<S>) -> Turn<S> {
 
 /// The product a b*.
 #[inline(always)]
-pub(super) fn over<S: Simd>(a: &Turn<S>, b: &Turn<S>) -> Turn<S> {
+pub(super) fn over<S: Simd>(a: &Quaternion8<S>, b: &Quaternion8<S>) -> Quaternion8<S> {
     let mut c = [a[0] * b[0]; 4];
     for k in 1..4 {
         c[0] = a[k].times_plus(b[k], c[0]);
@@ -73,7 +73,7 @@ pub(super) fn over<S: Simd>(a: &Turn<S>, b: &Turn<S>) -> Turn<S> {
 
 /// p u/2.
 #[inline(always)]
-pub(super) fn spin<S: Simd>(p: &Turn<S>, u: &Vector<S>) -> Turn<S> {
+pub(super) fn spin<S: Simd>(p: &Quaternion8<S>, u: &Vector<S>) -> Quaternion8<S> {
     let h = [u[0] * 0.5, u[1] * 0.5, u[2] * 0.5];
     let v = p[1].times_plus(h[0], p[2].times_plus(h[1], p[3] * h[2]));
     let mut c = [v * -1.0; 4];
@@ -84,7 +84,7 @@ pub(super) fn spin<S: Simd>(p: &Turn<S>, u: &Vector<S>) -> Turn<S> {
 }
 
 #[inline(always)]
-pub(super) fn square<S: Simd>(p: &Turn<S>) -> Eight<S> {
+pub(super) fn square<S: Simd>(p: &Quaternion8<S>) -> Eight<S> {
     let pair = p[1].times_plus(p[1], p[0] * p[0]);
     p[3].times_plus(p[3], p[2].times_plus(p[2], pair))
 }
@@ -115,7 +115,7 @@ pub(super) fn scaled<S: Simd>(a: &Vector<S>, factor: Eight<S>) -> Vector<S> {
 
 /// d1, d2, d3 of a unit quaternion.
 #[inline(always)]
-pub(super) fn directors<S: Simd>(p: &Turn<S>) -> [Vector<S>; 3] {
+pub(super) fn directors<S: Simd>(p: &Quaternion8<S>) -> [Vector<S>; 3] {
     let [w, x, y, z] = *p;
     let one = w.with(1.0);
     let (qw, qx, qy, qz) = (w + w, x + x, y + y, z + z);

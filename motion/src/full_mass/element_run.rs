@@ -1,0 +1,436 @@
+//! Runs of rods with mass in elements, step by step: motions at an engineer's accuracy.
+//!
+//! Steps are implicit (Radau IIA). Errors are measured in places, so that steps are as long as the motion asked for
+//! allows. Waves that are faster than the steps die out, and their energy is booked as numerical loss. Elements are
+//! added where the places show that they are too long.
+
+use super::element_sample::{ElementSample, ledger};
+use super::run::{HeavyRun, resolved_start};
+use super::start::HeavyStart;
+use crate::{Event, Motion, Options, Outcome, Resolution, StateRef, StateVariables};
+use nalgebra::DVector;
+use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::full_mass::assembly::HeavyAssembly;
+use snaprod_systems::full_mass::elements::{ElementAssembly, Freedoms, INTEGRALS, Mesh};
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::integrator::{Integrator, Method};
+use snaprod_systems::viscoelastic::resolution::Nodes;
+use std::sync::Arc;
+
+/// Name of the state variables of rods in elements.
+pub const IN_ELEMENTS: &str = "places and velocities of nodes and bodies";
+
+/// Smallest tolerance of runs in elements. At finer ones the strains at Gauss nodes are ahead.
+const FINEST: f64 = 0.99e-5;
+/// Degree of the elements, and that for tolerances below `CLOSE`.
+const DEGREE: usize = 6;
+const CLOSE_DEGREE: usize = 8;
+const CLOSE: f64 = 1e-4;
+/// Local tolerance at the tolerance 1e-3, and its power of the tolerance. Radau's estimate is a power 2/3 of the
+/// local tolerance, so that the error of a run is about the tolerance.
+const LOCAL: f64 = 5e-6;
+const LOCAL_POWER: f64 = 1.6;
+/// Power of the tolerance that bounds the last coefficients of an element: the error of places is nearly their
+/// square.
+const TAIL_POWER: f64 = 2.0 / 3.0;
+const TAIL: f64 = 0.7;
+/// Elements of an interval at the start. Fewer elements would lose the waves that begin in the interval.
+const FIRST: usize = 2;
+/// Most elements of an interval.
+const MOST_ELEMENTS: usize = 400;
+/// Part of the accelerations out of a plane that ends a motion in the plane.
+const ASIDE: f64 = 1e-9;
+
+/// A run of rods in elements in progress.
+pub struct ElementRun {
+    model: Arc<ElementAssembly>,
+    given: HeavyAssembly,
+    integrator: Integrator,
+    options: Options,
+    first: ElementSample,
+    current: ElementSample,
+    /// Energy at the start, less work and losses that are known: what it falls below is numerical loss.
+    energy: f64,
+    numerical: f64,
+    /// Numerical loss at the start of the last step.
+    numerical_before: f64,
+    tail: f64,
+    /// True until something moves, and shows whether it stays in a plane.
+    undecided: bool,
+    most_nodes: usize,
+    stopped: bool,
+    interrupted: bool,
+}
+
+/// The motion of rods with mass by the method that suits the tolerance: in elements where it is coarse, else by the
+/// strains at Gauss nodes.
+///
+/// # Errors
+/// As [`HeavyRun::new`].
+pub fn heavy_motion<'a>(
+    given: &HeavyAssembly,
+    start: &HeavyStart<'_>,
+    options: Options,
+) -> Result<Box<dyn Motion<'a> + 'a>> {
+    if let Some(model) = suited(given, &options) {
+        return Ok(Box::new(ElementRun::new(given, model, start, options)?));
+    }
+    Ok(Box::new(HeavyRun::new(given, start, options)?))
+}
+
+/// The rods in their first elements; None if elements do not follow them, or the strains at nodes suit better.
+fn suited(given: &HeavyAssembly, options: &Options) -> Option<ElementAssembly> {
+    let asked = options.method == Method::Auto && options.nodes == Nodes::Adaptive;
+    let touching = given
+        .links
+        .iter()
+        .any(|link| link.rod.given.diameter.is_some());
+    if !asked || options.tolerance < FINEST || touching {
+        return None;
+    }
+    let intervals = given.links.iter();
+    let intervals = intervals.map(|link| vec![FIRST; link.rod.given.breaks().len() + 1]);
+    let degree = if options.tolerance < CLOSE {
+        CLOSE_DEGREE
+    } else {
+        DEGREE
+    };
+    let mesh = Mesh {
+        elements: intervals.collect(),
+        degree,
+    };
+    ElementAssembly::new(given, mesh).ok()
+}
+
+impl ElementRun {
+    fn new(
+        given: &HeavyAssembly,
+        model: ElementAssembly,
+        start: &HeavyStart<'_>,
+        options: Options,
+    ) -> Result<Self> {
+        let (strained, strains, _) = resolved_start(given, start, &options)?;
+        let outside = || {
+            Error::domain(
+                "the strains at the start are outside the law's domain, or too large for a shape of the rod",
+            )
+        };
+        let at = strained.at(&strains).ok_or_else(outside)?;
+        let bound = tail_bound(&options);
+        let mut model = model;
+        let (model, y) = loop {
+            let rods = (0..model.rods()).map(|k| strained.motions_of(&at, k, model.places(k)));
+            let rods = rods.collect::<Option<Vec<_>>>().ok_or_else(outside)?;
+            let y = model.state(&at.places(), &rods);
+            let moment = model.moment(&y).ok_or_else(outside)?;
+            match finer(&model, &model.tails(&moment), bound) {
+                Some(mesh) => model = ElementAssembly::new(given, mesh)?,
+                None => break (model, y),
+            }
+        };
+        let (model, undecided) = match in_a_plane(&model, &y) {
+            InPlane::One(axis) => (model.with_freedoms(Freedoms::Plane(axis)), false),
+            InPlane::Many => (model, true),
+            InPlane::None => (model, false),
+        };
+        let model = Arc::new(model);
+        let moment = model.moment(&y).ok_or_else(outside)?;
+        let first = ElementSample::new(&model, moment.clone(), &y.as_slice()[model.time()..], 0.0);
+        let local = LOCAL * (options.tolerance / 1e-3).powf(LOCAL_POWER);
+        let integrator = Self::integrator(&model, y, local, None).ok_or_else(outside)?;
+        Ok(Self {
+            energy: crate::State::ledger(&first).total(),
+            most_nodes: model.most_nodes(),
+            current: first.clone(),
+            first,
+            given: given.clone(),
+            model,
+            integrator,
+            options,
+            numerical: 0.0,
+            numerical_before: 0.0,
+            tail: 0.0,
+            undecided,
+            stopped: false,
+            interrupted: false,
+        })
+    }
+
+    fn integrator(
+        model: &ElementAssembly,
+        y: DVector<f64>,
+        tolerance: f64,
+        first_step: Option<f64>,
+    ) -> Option<Integrator> {
+        let mut integrator = Integrator::new(model, y, tolerance, Method::Implicit, first_step)?;
+        integrator.keep_order();
+        Some(integrator)
+    }
+
+    fn time(&self) -> f64 {
+        self.integrator.state()[self.model.time()]
+    }
+
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        self.stopped = true;
+        Event::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.time(), cause, remedy);
+        self.stop(outcome)
+    }
+
+    /// Continues from a state of the last model on another one.
+    fn on(&mut self, model: ElementAssembly, from: &DVector<f64>) -> Option<()> {
+        let state = model.carried(&self.model, from)?;
+        self.integrator.restart(&model, state, None)?;
+        self.model = Arc::new(model);
+        self.most_nodes = self.most_nodes.max(self.model.most_nodes());
+        Some(())
+    }
+
+    /// Restricts the motion to a plane, once the rods move and stay in one plane alone.
+    fn decide(&mut self) -> Option<()> {
+        let state = self.integrator.state().clone();
+        match in_a_plane(&self.model, &state) {
+            InPlane::Many => {}
+            InPlane::None => self.undecided = false,
+            InPlane::One(axis) => {
+                self.undecided = false;
+                let model = ElementAssembly::clone(&self.model);
+                self.on(model.with_freedoms(Freedoms::Plane(axis)), &state)?;
+            }
+        }
+        Some(())
+    }
+
+    /// Takes a step no longer than `left`, on as many elements as it needs. None if there is no such step.
+    fn step(&mut self, left: f64) -> Option<()> {
+        let bound = tail_bound(&self.options);
+        loop {
+            self.integrator.step(&*self.model, left).ok()?;
+            let state = self.integrator.state();
+            let moment = self.model.moment(state)?;
+            let from = self.integrator.from().clone();
+            if self.model.freedoms() != Freedoms::Space {
+                let whole = ElementAssembly::clone(&self.model).with_freedoms(Freedoms::Space);
+                let aside = self.model.leaves_plane(&whole.moment(state)?);
+                if aside > ASIDE {
+                    self.on(whole, &from)?;
+                    continue;
+                }
+            }
+            let tails = self.model.tails(&moment);
+            let Some(mesh) = finer(&self.model, &tails, bound) else {
+                let largest = tails
+                    .iter()
+                    .flatten()
+                    .fold(0.0, |most, tail| tail.max(most));
+                self.tail = self.tail.max(largest);
+                return Some(());
+            };
+            let freedoms = self.model.freedoms();
+            let model = ElementAssembly::new(&self.given, mesh).ok()?;
+            self.on(model.with_freedoms(freedoms), &from)?;
+        }
+    }
+
+    fn go_on(&mut self) -> Event {
+        if self.interrupted {
+            return self.stop(Outcome::Interrupted);
+        }
+        let from = self.time();
+        let left = self.options.duration - from;
+        if !(left > 1e-14 * self.options.duration) {
+            return self.stop(Outcome::EndOfTime);
+        }
+        if self.integrator.cost().steps >= self.options.max_steps {
+            return self.stop(Outcome::StepLimit);
+        }
+        if self.undecided && self.decide().is_none() {
+            return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
+        }
+        let past = from + 1e-14 * self.options.duration;
+        let left = left.min(self.model.next_break(past) - from);
+        if self.step(left).is_none() {
+            let cause = Cause::StepCollapsed {
+                next: self.integrator.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return self.stuck(
+                cause,
+                "the loads change faster than steps can follow, or the rod is beyond its law: change the loads or the section",
+            );
+        }
+        let to = self.time();
+        match self.sampled(self.integrator.state(), None) {
+            Some((current, numerical)) => {
+                (self.numerical_before, self.numerical) = (self.numerical, numerical);
+                self.current = current;
+            }
+            None => return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section"),
+        }
+        Event::Step { from, to }
+    }
+
+    /// The sample of a state, and the numerical loss: the energy that is missing, which never falls.
+    fn sampled(&self, y: &DVector<f64>, numerical: Option<f64>) -> Option<(ElementSample, f64)> {
+        let moment = self.model.moment(y)?;
+        let integrals = &y.as_slice()[self.model.time()..];
+        let numerical = numerical.unwrap_or_else(|| {
+            let known = ledger(&self.model, &moment, integrals, 0.0).total();
+            self.numerical.max(self.energy - known)
+        });
+        let sample = ElementSample::new(&self.model, moment, integrals, numerical);
+        Some((sample, numerical))
+    }
+
+    /// The state at the fraction x of the last step: the polynomial of degree 5 through places, velocities and
+    /// accelerations at both ends, or that of degree 3 where waves blur the accelerations.
+    fn inside(&self, x: f64) -> Option<DVector<f64>> {
+        let (from, to) = (self.integrator.from(), self.integrator.state());
+        let h = self.integrator.span();
+        let slope = |y: &DVector<f64>| {
+            let mut out = DVector::zeros(y.len());
+            snaprod_systems::solve::system::System::slope(&*self.model, y, &mut out)?;
+            Some(out)
+        };
+        let (before, after) = (slope(from)?, slope(to)?);
+        let mut y = from + (to - from) * x;
+        // Deviation from the chord, by Hermite's cubic.
+        let (a, b) = (x * (1.0 - x).powi(2), x * x * (1.0 - x));
+        let cubic = |y: &mut DVector<f64>, i: usize| {
+            let chord = to[i] - from[i];
+            y[i] += a * (h * before[i] - chord) - b * (h * after[i] - chord);
+        };
+        (0..self.model.time()).for_each(|i| cubic(&mut y, i));
+        (self.model.time() + 1..y.len()).for_each(|i| cubic(&mut y, i));
+        // The correction of degree 5 has the accelerations at both ends.
+        let mut bent = y.clone();
+        let mut change = 0.0_f64;
+        let weight = (x * (1.0 - x)).powi(2) / 2.0;
+        for (place, speed) in self.model.places_and_speeds() {
+            // Second derivatives of the cubic at both ends.
+            let chord = to[place] - from[place];
+            let (v, w) = (h * from[speed], h * to[speed]);
+            let cubic = [
+                6.0 * chord - 4.0 * v - 2.0 * w,
+                -6.0 * chord + 2.0 * v + 4.0 * w,
+            ];
+            let missing = [
+                h * h * before[speed] - cubic[0],
+                h * h * after[speed] - cubic[1],
+            ];
+            let add = weight * (missing[0] * (1.0 - x) + missing[1] * x);
+            change = change.max(add.abs());
+            bent[place] += add;
+        }
+        if change < self.options.tolerance {
+            y = bent;
+        }
+        y[self.model.time()] = from[self.model.time()] + x * h;
+        Some(y)
+    }
+}
+
+/// Planes in which the rods are and move.
+enum InPlane {
+    None,
+    /// The plane normal to the world axis of this number.
+    One(usize),
+    /// Nothing moves yet.
+    Many,
+}
+
+/// The planes normal to an axis in which a state stays.
+fn in_a_plane(model: &ElementAssembly, y: &DVector<f64>) -> InPlane {
+    let Some(moment) = model.moment(y) else {
+        return InPlane::None;
+    };
+    let flat = |axis: &usize| {
+        let flat = model.clone().with_freedoms(Freedoms::Plane(*axis));
+        flat.leaves_plane(&moment) < ASIDE
+    };
+    let mut axes = (0..3).filter(flat);
+    match (axes.next(), axes.next()) {
+        (None, _) => InPlane::None,
+        (Some(axis), None) => InPlane::One(axis),
+        _ => InPlane::Many,
+    }
+}
+
+/// Bound of the last coefficients of an element.
+fn tail_bound(options: &Options) -> f64 {
+    TAIL * options.tolerance.powf(TAIL_POWER)
+}
+
+/// The mesh with more elements where tails are beyond the bound; None if there are enough.
+fn finer(model: &ElementAssembly, tails: &[Vec<f64>], bound: f64) -> Option<Mesh> {
+    let mut mesh = model.mesh().clone();
+    let mut changed = false;
+    for (counts, tails) in mesh.elements.iter_mut().zip(tails) {
+        for (count, tail) in counts.iter_mut().zip(tails) {
+            if *tail > bound && *count < MOST_ELEMENTS {
+                // Halves of elements have the same polynomials: momentum and energy stay.
+                *count *= 2;
+                changed = true;
+            }
+        }
+    }
+    changed.then_some(mesh)
+}
+
+impl<'a> Motion<'a> for ElementRun {
+    fn advance(&mut self) -> Option<Event> {
+        (!self.stopped).then(|| self.go_on())
+    }
+
+    fn given(&self) -> StateRef<'_> {
+        StateRef::Kept(&self.first)
+    }
+
+    fn now(&self) -> StateRef<'_> {
+        StateRef::Kept(&self.current)
+    }
+
+    fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
+        if t == self.time() {
+            return Some(StateRef::Kept(&self.current));
+        }
+        let x = self.integrator.fraction(self.model.time(), t)?;
+        let mut y = self.inside(x)?;
+        y[self.model.time()] = t;
+        let numerical = self.numerical_before + x * (self.numerical - self.numerical_before);
+        let (sample, _) = self.sampled(&y, Some(numerical))?;
+        Some(StateRef::Made(Box::new(sample)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    fn cost(&self) -> Cost {
+        self.integrator.cost()
+    }
+
+    fn carries(&self) -> Vec<StateVariables> {
+        let time = self.model.time();
+        StateVariables::some([
+            (IN_ELEMENTS, time),
+            ("time, work, dissipation and loss to drag", INTEGRALS),
+        ])
+    }
+
+    fn resolution(&self) -> Option<Resolution> {
+        Some(Resolution {
+            most_nodes: self.most_nodes,
+            tail: self.tail,
+            rate_tail: None,
+        })
+    }
+}

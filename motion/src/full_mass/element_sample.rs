@@ -1,0 +1,130 @@
+//! State of a run of rods in elements at one moment.
+
+use crate::{Ledger, RodCurve, State};
+use nalgebra::{Isometry3, Vector6};
+use snaprod_systems::assembly::BodyMotion;
+use snaprod_systems::full_mass::elements::{ElementAssembly, ElementMoment};
+use snaprod_systems::section::Strain;
+use std::sync::Arc;
+
+/// Fewest sections of a curve between its ends.
+const FEWEST_SECTIONS: usize = 8;
+
+/// State of a run of rods in elements at one moment. Quantities of one rod are those of the first rod.
+#[derive(Debug, Clone)]
+pub struct ElementSample {
+    model: Arc<ElementAssembly>,
+    at: ElementMoment,
+    bodies: Vec<BodyMotion>,
+    ledger: Ledger,
+    friction: f64,
+    numerical: f64,
+}
+
+/// Energies of a moment, with the integrals over time (time, friction, work, drag) of its state.
+pub(super) fn ledger(
+    model: &ElementAssembly,
+    at: &ElementMoment,
+    integrals: &[f64],
+    numerical: f64,
+) -> Ledger {
+    let [kinetic, rod_kinetic, elastic, potential] = model.energies(at);
+    let ([moved, lifted], before) = (model.riding(at.t), model.riding(0.0));
+    Ledger {
+        kinetic,
+        rod_kinetic: rod_kinetic + moved,
+        elastic,
+        potential: potential + lifted,
+        dissipated: integrals[1] + integrals[3] + numerical,
+        work: integrals[2] + moved + lifted - before[0] - before[1],
+    }
+}
+
+impl ElementSample {
+    /// The sample of a moment, after a numerical loss.
+    pub(super) fn new(
+        model: &Arc<ElementAssembly>,
+        at: ElementMoment,
+        integrals: &[f64],
+        numerical: f64,
+    ) -> Self {
+        Self {
+            bodies: model.motions(&at),
+            ledger: ledger(model, &at, integrals, numerical),
+            friction: integrals[1],
+            numerical,
+            model: model.clone(),
+            at,
+        }
+    }
+
+    fn curve(&self, k: usize, points: usize) -> RodCurve {
+        let count = points.max(FEWEST_SECTIONS) + 1;
+        let length = self.model.length(k);
+        let section = |i: usize| {
+            let s = i as f64 / count as f64;
+            (s * length, self.model.section(&self.at, k, s))
+        };
+        (0..=count).map(section).collect()
+    }
+
+    fn end(&self) -> BodyMotion {
+        let end = self.model.end(&self.at, 0);
+        end.unwrap_or(BodyMotion::at_rest(Isometry3::identity()))
+    }
+}
+
+impl State for ElementSample {
+    fn time(&self) -> f64 {
+        self.at.t
+    }
+
+    fn pose(&self) -> Isometry3<f64> {
+        self.end().pose
+    }
+
+    fn twist(&self) -> Vector6<f64> {
+        self.end().twist
+    }
+
+    fn action(&self) -> Vector6<f64> {
+        self.model.action(&self.at)
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    fn friction(&self) -> f64 {
+        self.friction
+    }
+
+    fn numerical_loss(&self) -> f64 {
+        self.numerical
+    }
+
+    fn bodies(&self) -> &[BodyMotion] {
+        &self.bodies
+    }
+
+    fn curves(&self, points: usize) -> Vec<RodCurve> {
+        let rods = 0..self.model.rods();
+        rods.map(|k| self.curve(k, points)).collect()
+    }
+
+    fn groove_forces(&self) -> Vec<Option<nalgebra::Vector3<f64>>> {
+        vec![None; self.bodies.len()]
+    }
+
+    fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain> {
+        self.model.strains(&self.at, rod, places)
+    }
+
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
+        self.model.dissipation(&self.at, 0, places)
+    }
+
+    fn sections(&self, points: usize) -> RodCurve {
+        self.curve(0, points)
+    }
+}

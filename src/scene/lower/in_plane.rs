@@ -1,0 +1,70 @@
+//! Rods of planar assemblies: sections that bend in the plane alone.
+//!
+//! Out of the plane the section is stiff beyond any load, so that equilibria and their indices are those in the plane.
+//! Strains and couples in the plane do not depend on the stiffness out of it.
+
+use crate::error::{Error, Result};
+use crate::rod::Rod;
+use crate::scene::{Diagonal, Rod as SceneRod, Section};
+use crate::section::Stiffness;
+
+/// Stiffness out of the plane over the reference stiffness of the rod.
+const HELD: f64 = 1e6;
+
+impl SceneRod {
+    /// The rod at the origin, in the scene's units, that bends about its director `normal` (0 or 1) alone.
+    ///
+    /// # Errors
+    /// As [`SceneRod::unclamped`]; a section law with a barrier, or that couples strains.
+    pub(in crate::scene) fn in_plane(&self, normal: usize) -> Result<Rod> {
+        let free = self.unclamped()?;
+        let held = HELD * free.reference_stiffness();
+        let law = match &self.section {
+            Section::Diagonal(law) => law.clone(),
+            Section::Barrier(_) => {
+                return Err(Error::domain(
+                    "rod.section: a law with a barrier is for assemblies in space: leave out plane",
+                ));
+            }
+            _ => self.diagonal()?,
+        };
+        let mut bending = law.bending;
+        bending[1 - normal] = held.into();
+        let section = Section::Diagonal(Diagonal {
+            bending,
+            torsion: held.into(),
+            ..law
+        });
+        let rod = Self {
+            section,
+            ..self.clone()
+        };
+        rod.unclamped()
+    }
+
+    /// The section law as one stiffness per strain.
+    fn diagonal(&self) -> Result<Diagonal> {
+        let law = self.linear()?;
+        let k = law.stiffness();
+        if (0..6).any(|i| (0..6).any(|j| i != j && k[(i, j)] != 0.0)) {
+            return Err(Error::domain(
+                "rod.section: a stiffness that couples strains is for assemblies in space: leave out plane",
+            ));
+        }
+        let rigid = law.is_rigid();
+        Ok(Diagonal {
+            bending: [k[(0, 0)].into(), k[(1, 1)].into()],
+            torsion: k[(2, 2)].into(),
+            shear: if rigid[0] {
+                Stiffness::Rigid
+            } else {
+                Stiffness::Elastic([k[(3, 3)].into(), k[(4, 4)].into()])
+            },
+            axial: if rigid[2] {
+                Stiffness::Rigid
+            } else {
+                Stiffness::Elastic(k[(5, 5)].into())
+            },
+        })
+    }
+}

@@ -1,0 +1,506 @@
+//! Rods with mass as chains of elements, for motions at an engineer's accuracy.
+//!
+//! A rod is cut into elements of degree p, with p + 1 Lobatto nodes each. A node has a position and a rotation, and
+//! the mass of its weight. Strains are taken at p Gauss points, so that thin rods bend without locking
+//! (`strain_at_point`). Forces act between the nodes of one element only: right-hand sides and factors cost in
+//! proportion to the nodes (`block_lu`).
+//!
+//! Nodes at the ends are those of bodies, the ground or supports where the rod is tied to them. What has its own
+//! position or rotation is a *site*; the state has positions, quaternions and twists of all sites (`system`).
+//!
+//! Strains that the section law holds rigid are held by springs here. Their give is far below the tolerance.
+
+mod block_lu;
+mod linear;
+mod sample;
+mod strain_at_point;
+mod system;
+
+pub use linear::{ElementFactor, ElementLinear};
+pub use system::{ElementMoment, INTEGRALS};
+
+use super::assembly::{HeavyAssembly, Tie};
+use super::frames::Curve;
+use super::law::Law;
+use super::rod::RodDescription;
+use crate::assembly::{AttachedTo, BodyMotion};
+use crate::body::{Mass, RigidBody, Support};
+use crate::error::{Error, Result};
+use crate::math::gauss::{Rule, legendre, lobatto};
+use crate::math::se3::{Turn, product};
+use block_lu::Pattern;
+use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Give of a strain that is held rigid: bending stiffness over length squared, over the stiffness of its spring.
+const GIVE: f64 = 1e-6;
+/// Radius of gyration, over the distance of the nodes, of sections without rotary inertia.
+const SLENDER: f64 = 1e-2;
+
+/// Carrier of a node's position or rotation: a place on the ground, or a site, by number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Carrier {
+    Ground(usize),
+    Site(usize),
+}
+
+/// A node of a rod. The carrier `shift` determines the position, the carrier `turn` the rotation.
+#[derive(Debug, Clone)]
+struct Node {
+    shift: Carrier,
+    turn: Carrier,
+    /// Position in the frame of `shift`, and rotation in the frame of `turn`.
+    place: Isometry3<f64>,
+    rotation: Turn,
+}
+
+/// A place on the ground or on a support.
+#[derive(Debug, Clone)]
+struct Ground {
+    support: Option<Box<Support<3>>>,
+    /// Piece of a rod at a place on it.
+    riding: Mass,
+    place: Isometry3<f64>,
+}
+
+/// Something that moves by itself.
+#[derive(Debug, Clone)]
+struct Site {
+    masses: Vec<Mass>,
+    turns: bool,
+    shifts: bool,
+}
+
+/// Values and derivatives of the polynomials of an element at its Gauss points; derivatives over the element's length.
+#[derive(Debug)]
+struct Table {
+    /// Gauss points on [0, 1], and weights.
+    points: Vec<f64>,
+    weights: Vec<f64>,
+    /// Rows are points, columns nodes.
+    values: Vec<Vec<f64>>,
+    slopes: Vec<Vec<f64>>,
+    /// Nodes on [0, 1].
+    nodes: Vec<f64>,
+    /// Last two Legendre coefficients of the polynomial through values at the nodes.
+    tails: [Vec<f64>; 2],
+}
+
+/// An element of a rod.
+#[derive(Debug, Clone)]
+struct Element {
+    /// Nodes, by their numbers in the rod.
+    nodes: Range<usize>,
+    /// From and to, in parts of the rod.
+    from: f64,
+    to: f64,
+}
+
+/// A rod in elements.
+#[derive(Debug, Clone)]
+struct ElementRod {
+    given: RodDescription,
+    elements: Vec<Element>,
+    nodes: Vec<Node>,
+    /// Places of the nodes, in parts of the rod.
+    places: Vec<f64>,
+    /// Springs of the strains held rigid.
+    springs: Vec<(usize, f64)>,
+}
+
+/// Numbers of elements between the breaks of the rods, and their degree.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mesh {
+    /// For each rod, for each interval between its breaks.
+    pub elements: Vec<Vec<usize>>,
+    /// Degree of the polynomials of all elements.
+    pub degree: usize,
+}
+
+/// Motions that the state can make.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Freedoms {
+    /// All.
+    Space,
+    /// In the plane normal to this axis.
+    Plane(usize),
+}
+
+/// Bodies, and rods in elements.
+#[derive(Debug, Clone)]
+pub struct ElementAssembly {
+    sites: Vec<Site>,
+    grounds: Vec<Ground>,
+    rods: Vec<ElementRod>,
+    /// Number of the bodies of the list, the first sites.
+    bodies: usize,
+    mesh: Mesh,
+    freedoms: Freedoms,
+    table: Arc<Table>,
+    pattern: Arc<Pattern>,
+    damped: bool,
+}
+
+impl Table {
+    fn new(degree: usize) -> Self {
+        let (nodes, _) = lobatto(degree + 1);
+        let rule = Rule::new(degree);
+        let weight = |i: usize| -> f64 {
+            let others = (0..=degree).filter(|j| *j != i);
+            1.0 / others.map(|j| nodes[i] - nodes[j]).product::<f64>()
+        };
+        let weights: Vec<f64> = (0..=degree).map(weight).collect();
+        let value = |x: f64, i: usize| -> f64 {
+            let others = (0..=degree).filter(|j| *j != i);
+            weights[i] * others.map(|j| x - nodes[j]).product::<f64>()
+        };
+        let slope = |x: f64, i: usize| -> f64 {
+            let without = |k: usize| -> f64 {
+                let others = (0..=degree).filter(|j| *j != i && *j != k);
+                others.map(|j| x - nodes[j]).product::<f64>()
+            };
+            weights[i] * (0..=degree).filter(|k| *k != i).map(without).sum::<f64>()
+        };
+        let at = |f: &dyn Fn(f64, usize) -> f64| -> Vec<Vec<f64>> {
+            let points = rule.nodes.iter();
+            points
+                .map(|x| (0..=degree).map(|i| f(*x, i)).collect())
+                .collect()
+        };
+        let modes = DMatrix::from_fn(degree + 1, degree + 1, |i, k| {
+            legendre(2.0 * nodes[i] - 1.0, degree + 1)[k]
+        });
+        let modes = modes
+            .try_inverse()
+            .unwrap_or_else(|| DMatrix::zeros(degree + 1, degree + 1));
+        let tail = |k: usize| modes.row(k).iter().copied().collect();
+        Self {
+            values: at(&value),
+            slopes: at(&slope),
+            tails: [tail(degree - 1), tail(degree)],
+            points: rule.nodes,
+            weights: rule.weights,
+            nodes,
+        }
+    }
+}
+
+impl ElementRod {
+    fn law(&self) -> &Law {
+        &self.given.law
+    }
+
+    /// Length of an element.
+    fn length(&self, element: &Element) -> f64 {
+        (element.to - element.from) * self.law().length()
+    }
+}
+
+/// Why a motion is left to the strains at Gauss nodes.
+fn only_strains(why: &str) -> Error {
+    Error::domain(format!("elements do not follow {why}"))
+}
+
+impl ElementAssembly {
+    /// The bodies and rods of `given` on a mesh.
+    ///
+    /// # Errors
+    /// Grooves, Maxwell branches, contacts: what elements do not follow.
+    pub fn new(given: &HeavyAssembly, mesh: Mesh) -> Result<Self> {
+        if given.carriers.iter().any(|body| body.groove().is_some()) {
+            return Err(only_strains("bodies in grooves"));
+        }
+        let table = Arc::new(Table::new(mesh.degree));
+        let mut made = Self {
+            sites: Vec::new(),
+            grounds: Vec::new(),
+            rods: Vec::new(),
+            bodies: given.carriers.len(),
+            freedoms: Freedoms::Space,
+            pattern: Arc::new(Pattern::new(0, &[])),
+            damped: false,
+            table,
+            mesh,
+        };
+        for body in &given.carriers {
+            made.sites.push(Site {
+                masses: vec![body.mass().clone()],
+                turns: body.turns(),
+                shifts: true,
+            });
+        }
+        for (k, link) in given.links.iter().enumerate() {
+            made.push_rod(k, &link.rod.given, &link.from, link.to.as_ref())?;
+        }
+        let mut cliques = Vec::new();
+        for rod in &made.rods {
+            for element in &rod.elements {
+                let nodes = rod.nodes[element.nodes.clone()].iter();
+                let sites = nodes.flat_map(|node| [node.shift, node.turn]);
+                let mut clique: Vec<usize> = sites.filter_map(Carrier::site).collect();
+                clique.sort_unstable();
+                clique.dedup();
+                cliques.push(clique);
+            }
+        }
+        made.pattern = Arc::new(Pattern::new(made.sites.len(), &cliques));
+        made.damped = made.rods.iter().any(|rod| rod.law().is_damped());
+        Ok(made)
+    }
+
+    fn push_rod(
+        &mut self,
+        number: usize,
+        given: &RodDescription,
+        from: &Tie,
+        to: Option<&Tie>,
+    ) -> Result<()> {
+        let law = &given.law;
+        if !law.branches().is_empty() {
+            return Err(only_strains("Maxwell branches"));
+        }
+        if given.curve == Curve::Plane {
+            return Err(only_strains("planar rods that only bend"));
+        }
+        let degree = self.mesh.degree;
+        let breaks = given.breaks();
+        let ends: Vec<f64> = [0.0].iter().chain(&breaks).chain(&[1.0]).copied().collect();
+        let counts = self.mesh.elements[number].clone();
+        let mut elements = Vec::new();
+        let mut places = vec![0.0];
+        for (pair, count) in ends.windows(2).zip(counts) {
+            for i in 0..count {
+                let at = |i: usize| pair[0] + (pair[1] - pair[0]) * i as f64 / count as f64;
+                let (from, to) = (at(i), at(i + 1));
+                let first = places.len() - 1;
+                let inner = self.table.nodes[1..].iter();
+                places.extend(inner.map(|x| from + (to - from) * x));
+                elements.push(Element {
+                    nodes: first..first + degree + 1,
+                    from,
+                    to,
+                });
+            }
+        }
+        let (_, lobatto_weights) = lobatto(degree + 1);
+        let mut weights = vec![0.0; places.len()];
+        for element in &elements {
+            for (i, weight) in lobatto_weights.iter().enumerate() {
+                weights[element.nodes.start + i] += weight * (element.to - element.from);
+            }
+        }
+        let last = places.len() - 1;
+        let mut nodes = Vec::with_capacity(places.len());
+        for (i, (s, weight)) in places.iter().zip(&weights).enumerate() {
+            let tie = match i {
+                0 => Some(from),
+                _ if i == last => to,
+                _ => None,
+            };
+            let radius = SLENDER * weight * law.length();
+            let inertia = given.rotary.unwrap_or_else(|| {
+                Matrix3::identity() * (given.mass / law.length() * radius * radius)
+            });
+            let piece = given.piece(*s, *weight, inertia)?;
+            nodes.push(self.node(tie, piece)?);
+            if let (true, Some(body)) = (i == last, &given.body) {
+                self.sites[nodes[i].site()].masses.push(body.clone());
+            }
+        }
+        let springs = self.springs(law)?;
+        self.rods.push(ElementRod {
+            given: given.clone(),
+            elements,
+            nodes,
+            places,
+            springs,
+        });
+        Ok(())
+    }
+
+    /// Springs of the strains that the law holds rigid.
+    fn springs(&self, law: &Law) -> Result<Vec<(usize, f64)>> {
+        let rigid: Vec<usize> = (0..6).filter(|k| !law.active().contains(k)).collect();
+        if rigid.is_empty() {
+            return Ok(Vec::new());
+        }
+        let rest = law.unloaded(0.0)?;
+        let stiffness = law.stiffness(0.0, &rest, &crate::section::Strain::zeros());
+        let stiffness =
+            stiffness.ok_or_else(|| only_strains("a law without a stiffness at rest"))?;
+        let bending = (0..3)
+            .map(|k| stiffness.by_strain[(k, k)])
+            .fold(0.0, f64::max);
+        let spring = bending / (GIVE * law.length().powi(2));
+        Ok(rigid.into_iter().map(|k| (k, spring)).collect())
+    }
+
+    /// The node of a rod end: under a tie, or free without one. `piece` is the node's part of the rod's mass.
+    fn node(&mut self, tie: Option<&Tie>, piece: RigidBody) -> Result<Node> {
+        let identity = Turn::new(1.0, 0.0, 0.0, 0.0);
+        let Some(tie) = tie else {
+            let site = Carrier::Site(self.push_site(Mass::Rigid(piece), true));
+            return Ok(Node {
+                shift: site,
+                turn: site,
+                place: Isometry3::identity(),
+                rotation: identity,
+            });
+        };
+        let place = tie.on.place;
+        let turns = tie.joint.turns();
+        let carrier = match &tie.on.on {
+            AttachedTo::Body(body) => {
+                let turn = place.rotation.to_rotation_matrix();
+                let inertia = turn.matrix() * piece.inertia() * turn.matrix().transpose();
+                // Of a piece on a ball joint only the mass rides on the body.
+                let inertia = if turns { inertia * 1e-6 } else { inertia };
+                let riding = RigidBody::new(piece.mass(), inertia)?
+                    .with_centre(place.translation.vector)?
+                    .with_dead_force(*piece.centre().constant())?;
+                let at_point = place.translation.vector == Vector3::zeros() && turns;
+                self.sites[*body].masses.push(if at_point {
+                    Mass::Point(piece.centre().clone())
+                } else {
+                    Mass::Rigid(riding)
+                });
+                Carrier::Site(*body)
+            }
+            AttachedTo::Ground => self.push_ground(None, &piece, place),
+            AttachedTo::Support(support) => self.push_ground(Some(support.clone()), &piece, place),
+        };
+        let (turn, rotation) = if turns {
+            let site = self.push_site(Mass::Rigid(piece), false);
+            (Carrier::Site(site), identity)
+        } else {
+            let p = place.rotation.quaternion();
+            (carrier, Turn::new(p.w, p.i, p.j, p.k))
+        };
+        Ok(Node {
+            shift: carrier,
+            turn,
+            place,
+            rotation,
+        })
+    }
+
+    fn push_site(&mut self, mass: Mass, shifts: bool) -> usize {
+        self.sites.push(Site {
+            masses: vec![mass],
+            turns: true,
+            shifts,
+        });
+        self.sites.len() - 1
+    }
+
+    fn push_ground(
+        &mut self,
+        support: Option<Box<Support<3>>>,
+        piece: &RigidBody,
+        place: Isometry3<f64>,
+    ) -> Carrier {
+        self.grounds.push(Ground {
+            support,
+            riding: Mass::Rigid(piece.clone()),
+            place,
+        });
+        Carrier::Ground(self.grounds.len() - 1)
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Motions that the state can make.
+    pub fn freedoms(&self) -> Freedoms {
+        self.freedoms
+    }
+
+    /// Restricts the motion to a plane, or lifts the restriction.
+    #[must_use]
+    pub fn with_freedoms(mut self, freedoms: Freedoms) -> Self {
+        self.freedoms = freedoms;
+        self
+    }
+
+    /// Number of nodes of the rod that has most.
+    pub fn most_nodes(&self) -> usize {
+        self.rods
+            .iter()
+            .map(|rod| rod.nodes.len())
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// Number of things that move by themselves.
+    pub fn sites(&self) -> usize {
+        self.sites.len()
+    }
+
+    /// Number of rods.
+    pub fn rods(&self) -> usize {
+        self.rods.len()
+    }
+
+    /// Length of rod `k`.
+    pub fn length(&self, k: usize) -> f64 {
+        self.rods[k].law().length()
+    }
+
+    /// Places of the nodes of rod `k`, in parts of it.
+    pub fn places(&self, k: usize) -> &[f64] {
+        &self.rods[k].places
+    }
+
+    /// First time after `t` at which a load or the motion of a clamp is not smooth.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let masses = self.sites.iter().flat_map(|site| &site.masses);
+        let supports = self
+            .grounds
+            .iter()
+            .filter_map(|ground| ground.support.as_ref());
+        masses
+            .map(|mass| mass.next_break(t))
+            .chain(supports.map(|support| support.next_break(t)))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Sites of the nodes of the rods' own, given by motions of all nodes rod by rod and of the listed bodies.
+    fn of_nodes(&self, bodies: &[BodyMotion], rods: &[Vec<BodyMotion>]) -> Vec<BodyMotion> {
+        let mut sites = vec![BodyMotion::at_rest(Isometry3::identity()); self.sites.len()];
+        sites[..bodies.len()].copy_from_slice(bodies);
+        for (rod, motions) in self.rods.iter().zip(rods) {
+            for (node, motion) in rod.nodes.iter().zip(motions) {
+                if let Carrier::Site(site) = node.turn
+                    && site >= self.bodies
+                {
+                    sites[site] = *motion;
+                }
+            }
+        }
+        sites
+    }
+}
+
+impl Carrier {
+    fn site(self) -> Option<usize> {
+        match self {
+            Self::Site(site) => Some(site),
+            Self::Ground(_) => None,
+        }
+    }
+}
+
+impl Node {
+    /// The site of a node of the rod's own.
+    fn site(&self) -> usize {
+        self.turn.site().unwrap_or(0)
+    }
+
+    /// Rotation of the node from that of its carrier.
+    fn turned(&self, carrier: &Turn) -> Turn {
+        product(carrier, &self.rotation)
+    }
+}

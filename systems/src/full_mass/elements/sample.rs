@@ -1,0 +1,207 @@
+//! Quantities of a moment: sections, strains, bodies, and how well the elements resolve them.
+
+use super::system::point;
+use super::{Element, ElementAssembly, ElementMoment, ElementRod, Freedoms};
+use crate::assembly::BodyMotion;
+use crate::math::se3::{Turn, unit};
+use crate::section::Strain;
+use nalgebra::{DVector, Isometry3, Vector3, Vector6};
+
+/// Polynomial of Lagrange through `nodes` at x: values of the basis.
+fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
+    let value = |i: usize| -> f64 {
+        let others = (0..nodes.len()).filter(|j| *j != i);
+        others
+            .map(|j| (x - nodes[j]) / (nodes[i] - nodes[j]))
+            .product()
+    };
+    (0..nodes.len()).map(value).collect()
+}
+
+impl ElementRod {
+    /// Number of the element at s, and the place in it, in [0, 1].
+    fn element_at(&self, s: f64) -> (usize, f64) {
+        let last = self.elements.len() - 1;
+        let number = self.elements.partition_point(|e| e.to < s).min(last);
+        let element = &self.elements[number];
+        (number, (s - element.from) / (element.to - element.from))
+    }
+}
+
+impl ElementAssembly {
+    /// Pose of the section of rod `k` at s in [0, 1].
+    pub fn section(&self, at: &ElementMoment, k: usize, s: f64) -> Isometry3<f64> {
+        let (number, x) = self.rods[k].element_at(s);
+        let nodes = &at.nodes[k][self.rods[k].elements[number].nodes.clone()];
+        let (mut position, mut turn) = (Vector3::zeros(), Turn::zeros());
+        for (node, value) in nodes.iter().zip(lagrange(&self.table.nodes, x)) {
+            position += node.position * value;
+            turn += node.turn * value;
+        }
+        Isometry3::from_parts(position.into(), unit(&turn))
+    }
+
+    /// Motion of the end of rod `k`.
+    pub fn end(&self, at: &ElementMoment, k: usize) -> Option<BodyMotion> {
+        Some(at.nodes[k].last()?.motion())
+    }
+
+    /// Strains at the Gauss points of an element.
+    fn strains_of(&self, at: &ElementMoment, k: usize, element: &Element) -> Vec<Strain> {
+        let over = 1.0 / self.rods[k].length(element);
+        let nodes = &at.nodes[k][element.nodes.clone()];
+        let points = self.table.values.iter().zip(&self.table.slopes);
+        points
+            .map(|(values, slopes)| point(nodes, values, slopes, over).strain())
+            .collect()
+    }
+
+    /// Strains of rod `k` at places in [0, 1], from those at the Gauss points.
+    pub fn strains(&self, at: &ElementMoment, k: usize, places: &[f64]) -> Vec<Strain> {
+        let rod = &self.rods[k];
+        let of = |s: &f64| {
+            let (number, x) = rod.element_at(*s);
+            let strains = self.strains_of(at, k, &rod.elements[number]);
+            let values = lagrange(&self.table.points, x);
+            strains
+                .iter()
+                .zip(values)
+                .fold(Strain::zeros(), |sum, (e, value)| sum + e * value)
+        };
+        places.iter().map(of).collect()
+    }
+
+    /// Dissipation per length and time of rod `k` at places in [0, 1].
+    pub fn dissipation(&self, at: &ElementMoment, k: usize, places: &[f64]) -> Vec<f64> {
+        let rod = &self.rods[k];
+        let points = self.table.points.len();
+        let of = |s: &f64| {
+            let (number, x) = rod.element_at(*s);
+            let lost = &at.lost[k][number * points..(number + 1) * points];
+            let values = lagrange(&self.table.points, x);
+            lost.iter()
+                .zip(values)
+                .map(|(d, value)| d * value)
+                .sum::<f64>()
+                .max(0.0)
+        };
+        places.iter().map(of).collect()
+    }
+
+    /// Motions of the listed bodies.
+    pub fn motions(&self, at: &ElementMoment) -> Vec<BodyMotion> {
+        let bodies = at.sites[..self.bodies].iter();
+        bodies
+            .map(|site| BodyMotion {
+                pose: site.pose(),
+                twist: site.twist(),
+            })
+            .collect()
+    }
+
+    /// (couple, force) of the first rod on the body or support at its end.
+    pub fn action(&self, at: &ElementMoment) -> Vector6<f64> {
+        let Some((rod, forces)) = self.rods.first().zip(at.forces.first()) else {
+            return Vector6::zeros();
+        };
+        let (Some(node), Some(force)) = (rod.nodes.last(), forces.last()) else {
+            return Vector6::zeros();
+        };
+        let Some(site) = node.turn.site().filter(|site| *site >= self.bodies) else {
+            return *force;
+        };
+        // A free end: the wrench of the bodies at the end, without the last piece of the rod.
+        let (pose, twist) = (at.sites[site].pose(), at.sites[site].twist());
+        let bodies = self.sites[site].masses.iter().skip(1);
+        let wrenches =
+            bodies.filter_map(|mass| mass.wrench(at.t, &pose, &twist, &at.accelerations[site]));
+        wrenches.fold(Vector6::zeros(), |sum, wrench| sum + wrench)
+    }
+
+    /// For each rod and interval between breaks: the largest of the last coefficients of places in its elements, of
+    /// both places and what the rotations of an element move.
+    pub fn tails(&self, at: &ElementMoment) -> Vec<Vec<f64>> {
+        let of = |(k, rod): (usize, &ElementRod)| {
+            let mut first = 0;
+            let counts = &self.mesh.elements[k];
+            let intervals = counts.iter().map(|count| {
+                let elements = &rod.elements[first..first + count];
+                first += count;
+                let tails = elements.iter().map(|element| {
+                    let nodes = &at.nodes[k][element.nodes.clone()];
+                    let length = rod.length(element);
+                    let tail = |weights: &[f64]| {
+                        let (mut position, mut turn) = (Vector3::zeros(), Turn::zeros());
+                        for (node, weight) in nodes.iter().zip(weights) {
+                            position += node.position * *weight;
+                            turn += node.turn * *weight;
+                        }
+                        position.norm().max(2.0 * length * turn.norm())
+                    };
+                    let [before, last] = &self.table.tails;
+                    tail(last).max(tail(before).min(tail(last) * 4.0))
+                });
+                tails.fold(0.0, f64::max)
+            });
+            intervals.collect()
+        };
+        self.rods.iter().enumerate().map(of).collect()
+    }
+
+    /// A state on another mesh.
+    pub fn carried(&self, from: &Self, y: &DVector<f64>) -> Option<DVector<f64>> {
+        let at = from.moment(y)?;
+        let bodies = from.motions(&at);
+        let rods: Vec<Vec<BodyMotion>> = self
+            .rods
+            .iter()
+            .enumerate()
+            .map(|(k, rod)| {
+                rod.places
+                    .iter()
+                    .map(|s| from.motion_at(&at, k, *s))
+                    .collect()
+            })
+            .collect();
+        let mut state = self.state(&bodies, &rods);
+        let (old, new) = (from.time(), self.time());
+        for i in 0..super::INTEGRALS {
+            state[new + i] = y[old + i];
+        }
+        Some(state)
+    }
+
+    /// Motion of a section, interpolated between the nodes.
+    fn motion_at(&self, at: &ElementMoment, k: usize, s: f64) -> BodyMotion {
+        let (number, x) = self.rods[k].element_at(s);
+        let nodes = &at.nodes[k][self.rods[k].elements[number].nodes.clone()];
+        let mut twist = Vector6::zeros();
+        for (node, value) in nodes.iter().zip(lagrange(&self.table.nodes, x)) {
+            twist += node.motion().twist * value;
+        }
+        BodyMotion {
+            pose: self.section(at, k, s),
+            twist,
+        }
+    }
+
+    /// Largest part of accelerations and velocities out of the plane of the freedoms, relative to the largest of
+    /// all; 0 in space. The moment is that of the assembly without restriction.
+    pub fn leaves_plane(&self, at: &ElementMoment) -> f64 {
+        if self.freedoms == Freedoms::Space {
+            return 0.0;
+        }
+        let (mut off, mut all) = (0.0_f64, f64::MIN_POSITIVE);
+        for (site, acceleration) in at.sites.iter().zip(&at.accelerations) {
+            for twist in [site.twist(), *acceleration] {
+                for k in 0..6 {
+                    all = all.max(twist[k].abs());
+                    if !self.is_free(k) {
+                        off = off.max(twist[k].abs());
+                    }
+                }
+            }
+        }
+        off / all
+    }
+}
