@@ -165,7 +165,7 @@ impl Column {
         }
     }
 
-    /// This column without its rows.
+    /// An empty column with the name and unit of the column.
     pub fn without_rows(&self) -> Self {
         Self {
             values: match self.values {

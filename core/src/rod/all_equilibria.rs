@@ -24,8 +24,8 @@ const SAME: f64 = 1e-4;
 /// Most Newton steps of one search by deflation.
 const PATIENCE: usize = 40;
 
-/// Sizes of the guesses of deflation within a plane, in parts of [`TYPICAL`].
-const PLANAR_SIZES: [f64; 3] = [1.0, 4.0, 12.0];
+/// Sizes of the forces of guesses of deflation within a plane, in parts of [`TYPICAL`]. Couples go with their root.
+const PLANAR_SIZES: [f64; 5] = [1.0, 3.0, 6.0, 12.0, 22.0];
 /// Largest wrench of a list, in the same units, unless the answer to the problem has half of that.
 const LARGEST: f64 = 240.0;
 /// Residual, relative to 1 + the wrench, up to which the image of an equilibrium under a symmetry is one.
@@ -149,22 +149,39 @@ impl Problem {
         for k in 0..6 {
             guesses.extend([TYPICAL, -TYPICAL].map(|size| dynamic(Wrench::ith(k, size))));
         }
-        let member = Member {
-            chart: &Spatial,
-            problem: self,
-            search: Search::new(),
-        };
+        let found = self.deflated(&Spatial, &known, &guesses);
+        all.extend(found.into_iter().filter(|b| b.norm() <= bound));
+    }
+
+    /// Base wrenches of the equilibria in a chart that deflation of the known ones finds from the guesses.
+    fn deflated<C: Chart + AnyChart>(
+        &self,
+        chart: &C,
+        known: &[DVector<f64>],
+        guesses: &[DVector<f64>],
+    ) -> Vec<Wrench> {
         let asked = deflation::Options {
             newton: options(self.correction(), PATIENCE),
             separation: SAME,
             ..deflation::Options::default()
         };
-        if let Ok(search) = find_further(&member, 0.0, &known, &guesses, &asked) {
-            let found = search.solutions.iter();
-            let found =
-                found.filter_map(|solution| Chart::wrench(&Spatial, self, &solution.x).ok());
-            all.extend(found.filter(|b| b.norm() <= bound));
+        let mut all = known.to_vec();
+        for guess in guesses {
+            // Each guess has a budget of its own: a hopeless one takes nothing from the others.
+            let member = Member {
+                chart,
+                problem: self,
+                search: Search::new(),
+            };
+            let guess = std::slice::from_ref(guess);
+            if let Ok(search) = find_further(&member, 0.0, &all, guess, &asked) {
+                all.extend(search.solutions.into_iter().map(|solution| solution.x));
+            }
         }
+        let found = all[known.len()..].iter();
+        found
+            .filter_map(|x| Chart::wrench(chart, self, x).ok())
+            .collect()
     }
 }
 
@@ -276,29 +293,17 @@ impl Problem {
             .collect();
         let mut guesses = known.clone();
         for part in PLANAR_SIZES {
-            for k in 0..3 {
-                for size in [part * TYPICAL, -part * TYPICAL] {
-                    guesses.push(dynamic(Vector3::ith(k, size)));
-                }
+            for corner in 0..27 {
+                let signs = [corner % 3, corner / 3 % 3, corner / 9].map(|k| f64::from(k) - 1.0);
+                let couple = part.sqrt();
+                let x = Vector3::new(signs[0] * couple, signs[1] * part, signs[2] * part);
+                guesses.push(dynamic(x * TYPICAL));
             }
         }
-        let member = Member {
-            chart: plane,
-            problem: self,
-            search: Search::new(),
-        };
-        let asked = deflation::Options {
-            newton: options(self.correction(), PATIENCE),
-            separation: SAME,
-            ..deflation::Options::default()
-        };
-        if let Ok(search) = find_further(&member, 0.0, &known, &guesses, &asked) {
-            let found = search.solutions.iter();
-            let found = found.filter_map(|at| Chart::wrench(plane, self, &at.x).ok());
-            for b in found.filter(|b| b.norm() <= LARGEST) {
-                if !all.iter().any(|(known, _)| is_same(known, &b)) {
-                    all.push((b, Finding::Deflation));
-                }
+        let found = self.deflated(plane, &known, &guesses);
+        for b in found.into_iter().filter(|b| b.norm() <= LARGEST) {
+            if !all.iter().any(|(known, _)| is_same(known, &b)) {
+                all.push((b, Finding::Deflation));
             }
         }
     }

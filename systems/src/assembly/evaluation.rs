@@ -243,7 +243,7 @@ impl Assembly {
                 }
             }
         }
-        // A joint passes the wrench on its node to the body that carries the joint.
+        // The wrench on a joint's node acts on the body that carries the joint.
         for (node, carrier) in self.carriers.iter().enumerate() {
             let Some((joint, parent)) = carrier
                 .joint()

@@ -40,6 +40,14 @@ impl JointLaw {
     }
 }
 
+/// Derivatives of the action of a wrench in the coordinates of a joint, by turns of the joint's axes.
+pub(super) struct TurnedAction {
+    /// For each coordinate, by a spin of the carrier.
+    pub by_spin: Vec<Vector3<f64>>,
+    /// For the second axis of a universal joint, by the angle about the first axis.
+    pub second_by_first: f64,
+}
+
 /// Axes and directions along which a joint leaves a node, or a plane a body, free. Coordinates count turns first.
 #[derive(Debug, Clone)]
 pub struct Guide {
@@ -317,27 +325,31 @@ impl Guide {
             .sum()
     }
 
-    /// Changes of the axes under a fixed wrench on the node: derivatives of the action in each coordinate by a spin of
-    /// the carrier (rows), and by the coordinates before it (row, column, value).
-    #[allow(clippy::type_complexity)]
-    pub(super) fn turned(
+    /// Derivatives of the action of a fixed wrench on the node as the axes turn.
+    pub(super) fn turned_action(
         &self,
         frame: &Isometry3<f64>,
         pose: &Isometry3<f64>,
         wrench: &Vector6<f64>,
-    ) -> (Vec<Vector3<f64>>, Option<(usize, usize, f64)>) {
+    ) -> TurnedAction {
         if self.is_ball() {
-            return (vec![Vector3::zeros(); 3], None);
+            return TurnedAction {
+                by_spin: vec![Vector3::zeros(); 3],
+                second_by_first: 0.0,
+            };
         }
         let (m, n) = halves(wrench);
         let axes = self.axes(frame, pose);
-        let by_first = match axes.as_slice() {
-            [a, b] => Some((1, 0, b.cross(&m).dot(a))),
-            _ => None,
+        let second_by_first = match axes.as_slice() {
+            [a, b] => b.cross(&m).dot(a),
+            _ => 0.0,
         };
         let turns = axes.iter().map(|axis| axis.cross(&m)).collect::<Vec<_>>();
         let slides = self.directions(frame).map(|along| along.cross(&n));
-        (turns.into_iter().chain(slides).collect(), by_first)
+        TurnedAction {
+            by_spin: turns.into_iter().chain(slides).collect(),
+            second_by_first,
+        }
     }
 
     /// Changes of the force's couple about the carrier as the node slides: (coordinate, direction x force).

@@ -215,7 +215,7 @@ impl Assembly {
     pub fn is_held(&self) -> bool {
         let mut held = vec![false; self.carriers().len()];
         for _ in 0..held.len() {
-            // A joint and the body that carries it hold each other.
+            // A joint holds the body that carries the joint, and the body holds the joint.
             for (node, carrier) in self.carriers().iter().enumerate() {
                 match carrier.joint().map(Guide::parent) {
                     Some(None) => held[node] = true,

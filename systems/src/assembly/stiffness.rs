@@ -260,15 +260,15 @@ impl Assembly {
         around(&lever, body);
         let (frame, pose) = (joint.frame(0.0, bodies), &bodies[body].pose);
         let here = site.moved(bodies, wrench);
-        let (by_spin, by_first) = joint.turned(&frame, pose, &here);
-        if let Some((row, column, value)) = by_first {
-            to[(starts[body] + row, starts[body] + column)] += sign * value;
+        let turned = joint.turned_action(&frame, pose, &here);
+        if turned.second_by_first != 0.0 {
+            to[(starts[body] + 1, starts[body])] += sign * turned.second_by_first;
         }
         let Some(parent) = joint.parent() else {
             return;
         };
         let spins = own[parent].fixed_rows::<3>(0);
-        for (i, by_spin) in by_spin.iter().enumerate() {
+        for (i, by_spin) in turned.by_spin.iter().enumerate() {
             let row = by_spin.transpose() * spins * sign;
             let mut view = to.view_mut((starts[body] + i, starts[parent]), row.shape());
             view += row;

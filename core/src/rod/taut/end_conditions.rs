@@ -39,7 +39,7 @@ impl Problem {
         (&self.rod.law, self.weight.as_ref())
     }
 
-    /// The rod under the force `n` at its base, with its load.
+    /// The rod with the load along it, under the force `n` at the base.
     pub(super) fn rod_under_force(&self, n: Vector3<f64>) -> RodUnderForce<'_> {
         RodUnderForce::new(&self.rod.law, self.weight.as_ref(), n)
     }

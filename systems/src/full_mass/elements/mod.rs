@@ -499,7 +499,7 @@ impl Node {
         self.turn.site().unwrap_or(0)
     }
 
-    /// Rotation of the node from that of its carrier.
+    /// Rotation of the node on a carrier with the rotation `carrier`.
     fn turned(&self, carrier: &Turn) -> Turn {
         product(carrier, &self.rotation)
     }

@@ -153,7 +153,7 @@ impl ElementRod {
         Some(answer)
     }
 
-    /// Strains and rates that the law admits: rigid strains stay those of the unloaded rod.
+    /// Strains and strain rates with rigid strains at their values in the unloaded rod, as the section law demands.
     pub(super) fn admitted(&self, s: f64, e: &Strain, rate: &Strain) -> Option<(Strain, Strain)> {
         let (mut e, mut rate) = (*e, *rate);
         if !self.springs.is_empty() {
@@ -173,7 +173,7 @@ impl ElementAssembly {
         (PLACE + TWIST) * self.sites.len()
     }
 
-    /// Indices of all coordinates of places, each with that of its velocity.
+    /// Index of each coordinate of a place in a state, with the index of the velocity of this coordinate.
     pub fn places_and_speeds(&self) -> impl Iterator<Item = (usize, usize)> {
         let count = self.sites.len();
         let site = move |i| (0..3).map(move |k| (PLACE * i + k, PLACE * count + TWIST * i + 3 + k));
