@@ -94,6 +94,7 @@ position = [0.35, 0.0, 0.3]
 /// A strip between clamps pushed together, as one rod and as two rods with a body between them. Catches a bow of one
 /// rod to one side alone, and energies of an assembly in other units.
 #[test]
+#[ignore = "second tier: 24 s"]
 fn a_strip_bows_to_both_sides() {
     let one = listed(
         r#"

@@ -380,6 +380,7 @@ fn buckling() -> [(Loads, [f64; 2], Option<[f64; 2]>); 3] {
 /// start is refused, in space the rod buckles to one side. Catches a round rod not found because rotation about its
 /// load costs no energy.
 #[test]
+#[ignore = "second tier: 4 s"]
 fn nothing_settles_where_it_is_unstable() {
     let mut wrong = Vec::new();
     for kind in KINDS {

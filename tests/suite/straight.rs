@@ -341,6 +341,7 @@ fn next_to_the_straight_rod_a_mass_swings_like_one_on_a_beam() {
 /// there, or just passes, with or without axial oscillation. It used to turn round along the rod until it ran out of
 /// steps.
 #[test]
+#[ignore = "second tier: 4 s"]
 fn a_mass_falls_slowly_through_the_upright_rod() {
     let body = loaded([-2.6, 0.0]);
     let (k, _) = beam(-2.6);

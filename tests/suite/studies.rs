@@ -132,6 +132,7 @@ fn rounding_is_within_the_bound() {
 /// two points of the twisted rod lie 1.2e-3 apart; those of its bent branches come in mirror images. A column has two
 /// branch points and four branches from them, as one rod and as an assembly.
 #[test]
+#[ignore = "second tier: 10 s"]
 fn no_tolerance_loses_a_branch() {
     let pair = [12.38560215684974, 12.38560594705448];
     let twist = [

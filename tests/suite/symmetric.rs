@@ -354,6 +354,7 @@ const TWO: f64 = 1e-12;
 
 /// Would catch a step clock that differs between the two directions, and samples off the motion.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn the_energy_in_space_stays_and_the_motion_is_the_same() {
     let [first, all] = errors(&mut kicked(Method::Symmetric, 60.0, 1e-6), 30.0);
     assert!(all < 3.0 * first, "{first:e}, later {all:e}");

@@ -99,6 +99,7 @@ fn a_hose_on_an_upright_clamp_turns_for_nothing() {
 /// Catches a branch in the load of a heavy rod that creeps, or that another chart ends: from 1 % of the weight to all
 /// of it and back, its last point the equilibrium.
 #[test]
+#[ignore = "second tier: 4 s"]
 fn branches_in_the_load_of_a_heavy_rod_reach_its_end() {
     for (from, to) in [(0.01, 1.0), (1.0, 0.01)] {
         let scene = |load: f64| {
