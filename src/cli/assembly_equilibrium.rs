@@ -100,6 +100,7 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
     let path = match record.from_guess {
         Some(true) => "from the guess",
         Some(false) => "from the unloaded rods; the guess led to no equilibrium",
+        None if record.fallen => "at rest after a fall from the unloaded rods",
         None => "from the unloaded rods",
     };
     line("path", path.to_owned());

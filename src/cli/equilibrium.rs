@@ -103,7 +103,7 @@ fn text(record: &EquilibriumRecord) -> String {
     let index = if record.indexed {
         format!("{} ({meaning})", found.index)
     } else {
-        "none (a load that turns with the rod has no potential; stability may be lost by growing oscillations)".to_owned()
+        "none (a load that turns with the rod, or a couple on it, has no potential; stability may be lost by growing oscillations)".to_owned()
     };
     line("index", index);
     for mode in &record.zero_modes {

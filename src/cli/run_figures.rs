@@ -380,10 +380,13 @@ impl<'r> RunFigures<'r> {
             frames.flat_map(move |f| f.strains[i].iter().copied())
         };
         let size = |i: usize| values(i).fold(0.0_f64, |most, x| most.max(x.abs()));
-        let turning: Vec<f64> = (0..3).map(size).collect();
+        // Flexures and twist come first; one that the section holds rigid has no column.
+        let all = self.record.header.strains.iter();
+        let turning: Vec<f64> = (0..all.filter(|(_, k)| *k < 3).count()).map(size).collect();
         let largest = turning.iter().copied().fold(0.0, f64::max);
         if largest * self.length() > SMALL {
-            return (0..3).filter(|i| turning[*i] > SMALL * largest).collect();
+            let drawn = (0..turning.len()).filter(|i| turning[*i] > SMALL * largest);
+            return drawn.collect();
         }
         let span = |i: usize| {
             let (low, high) = values(i).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
@@ -392,7 +395,14 @@ impl<'r> RunFigures<'r> {
             high - low
         };
         let most = (0..self.record.header.strains.len())
-            .map(|i| (if i < 3 { self.length() } else { 1.0 } * span(i), i))
+            .map(|i| {
+                let scale = if i < turning.len() {
+                    self.length()
+                } else {
+                    1.0
+                };
+                (scale * span(i), i)
+            })
             .max_by(|a, b| a.0.total_cmp(&b.0));
         most.map(|(_, i)| i).into_iter().collect()
     }
@@ -419,6 +429,7 @@ impl<'r> RunFigures<'r> {
                 .collect(),
             value_label: self.time_label(),
             ribbon: 0.03 * self.length(),
+            clamp: self.record.header.rods[0].grounds[0].is_some(),
             ..self.surroundings()
         }
     }
@@ -463,6 +474,7 @@ impl<'r> RunFigures<'r> {
         colour: Option<usize>,
     ) -> impl Iterator<Item = SpaceBody> {
         let bodies = self.record.header.bodies.iter().zip(&moment.bodies);
+        let bodies = bodies.filter(|(body, _)| !body.is_end);
         bodies.map(move |(body, at)| rod_figures::body(&body.solid, &at.pose, value, colour))
     }
 
@@ -493,7 +505,7 @@ impl<'r> RunFigures<'r> {
 
     /// Path of the end of one rod, or of the centre of a body of an assembly.
     fn path(&self, body: usize) -> SpaceWay {
-        let RunBody { name, solid } = &self.record.header.bodies[body];
+        let RunBody { name, solid, .. } = &self.record.header.bodies[body];
         let point = |pose: &Isometry3<f64>| {
             if self.record.header.is_assembly() {
                 solid.centre(pose).into()

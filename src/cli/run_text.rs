@@ -120,8 +120,8 @@ fn passage(layer: &Layer, u: Units) -> String {
     )
 }
 
-/// End of a branch: its outcome, then position and velocity of each body; in the plane also the sheet that the rod is
-/// on or near.
+/// End of a branch: its outcome, then position and velocity of each body, or of the end and a free base; in the plane
+/// also the sheet that the rod is on or near.
 fn end(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
     let (k, u) = (&header.scales, header.units);
     let (axes, decimals) = if header.in_space() { (3, 9) } else { (2, 12) };
@@ -169,7 +169,7 @@ fn end(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
         None => ", near no equilibrium".to_owned(),
     };
     let place: Vec<String> = bodies.collect();
-    vec![format!("{outcome}; {}{on}", place.join(""))]
+    vec![format!("{outcome}; {}{on}", place.join("; base at "))]
 }
 
 /// Closing error of the ledger, and cost of the branch.

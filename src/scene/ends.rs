@@ -18,6 +18,9 @@ pub struct Clamp {
     /// Prescribed motion; `None`: at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<ClampMotion>,
+    /// True if nothing holds the base: the pose is that at the start.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub free: bool,
 }
 
 /// Prescribed motion of a clamp.

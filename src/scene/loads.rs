@@ -106,19 +106,31 @@ impl LoadAlong {
         }
     }
 
-    /// The load together with the weight of a rod under gravity; `None` if both vanish.
+    /// The load together with the weight of a rod under gravity, and the dead forces of the list; `None` if all vanish.
     ///
     /// # Errors
     /// As [`LoadAlong::on`]; a weight that is not finite.
     pub fn with_weight(&self, rod: &Rod, gravity: [f64; 3]) -> Result<Option<DistributedLoad>> {
-        let density = rod.mass().map_or(0.0, |mass| mass / rod.length);
-        let weight = DistributedLoad::constant(Vector3::from(gravity) * density)?;
-        let whole = if self.is_zero() {
-            weight
-        } else {
-            weight.plus(&self.on(rod.length)?)?
-        };
+        let whole = self.and_weight(rod, gravity)?.plus(&rod.dead_forces()?)?;
         Ok(Some(whole).filter(|load| !load.is_zero()))
+    }
+
+    /// The load together with the weight of a rod under gravity.
+    ///
+    /// # Errors
+    /// As [`LoadAlong::on`]; a weight that is not finite.
+    pub(super) fn and_weight(&self, rod: &Rod, gravity: [f64; 3]) -> Result<DistributedLoad> {
+        let density = rod.mass().map_or(0.0, |mass| mass / rod.length);
+        let mean = Vector3::from(gravity) * density;
+        let weight = match rod.mass_along() {
+            Some(along) => DistributedLoad::along(mean, along.density())?,
+            None => DistributedLoad::constant(mean)?,
+        };
+        if self.is_zero() {
+            Ok(weight)
+        } else {
+            weight.plus(&self.on(rod.length)?)
+        }
     }
 }
 
@@ -145,6 +157,31 @@ impl Load {
             Self::Constant(vector) => *vector,
             Self::InTime(_) => [0.0; 3],
         }
+    }
+
+    /// Adds loads to this one.
+    pub(super) fn extend(&mut self, more: Vec<Force>) {
+        if more.is_empty() {
+            return;
+        }
+        let is_dead = |part: &Force| !(part.follower || part.varies());
+        if let Self::Constant(vector) = self
+            && more.iter().all(is_dead)
+        {
+            for part in more {
+                let size = part.size.at(0.0);
+                let unit = part.unit();
+                *vector = std::array::from_fn(|i| vector[i] + unit[i] * size);
+            }
+            return;
+        }
+        let mut parts = match std::mem::take(self) {
+            Self::Constant(vector) if vector == [0.0; 3] => Vec::new(),
+            Self::Constant(vector) => vec![Force::constant(vector, false)],
+            Self::InTime(parts) => parts,
+        };
+        parts.extend(more);
+        *self = Self::InTime(parts);
     }
 
     /// True if the load vanishes.
@@ -185,6 +222,16 @@ impl Loads {
 }
 
 impl Force {
+    /// A constant force, not zero, in the world or along the directors of a body.
+    pub fn constant(vector: [f64; 3], follower: bool) -> Self {
+        let size = vector.iter().fold(0.0_f64, |size, x| size.hypot(*x));
+        Self {
+            direction: vector,
+            size: History::Constant(size),
+            follower,
+        }
+    }
+
     /// True if the size changes in time.
     pub fn varies(&self) -> bool {
         !matches!(self.size, History::Constant(_))

@@ -84,7 +84,7 @@ impl Scene {
     /// True for a planar rod that bears no load along it but its weight: first-order inertia includes the weight in
     /// closed form. Under another load a planar rod runs in space.
     pub(super) fn stays_in_plane(&self) -> bool {
-        self.is_planar() && self.loads.distributed.is_zero()
+        self.is_planar() && self.loads.distributed.is_zero() && self.rod.loads.is_empty()
     }
 
     /// Reason why the mass of the rod cannot be followed to first order; `None` if possible.
@@ -169,6 +169,8 @@ impl Scene {
             if rod.damping.is_some() || rod.is_heavy() {
                 return None;
             }
+            let varies = rod.mass_along().is_some();
+            let why = why.or(varies.then_some("its shape varies along it"));
             let note = RodMassNote {
                 rod: name,
                 eps: self.mass_over_lightest_body(k)?,

@@ -70,6 +70,7 @@ mod print;
 mod read;
 mod registry;
 mod rod;
+mod rod_load;
 mod run;
 mod scales;
 mod section;
@@ -104,6 +105,7 @@ pub use parameter::Parameter;
 pub(crate) use read::{is_count, nearest};
 pub use read::{json_schema, reference};
 pub use rod::{Bends, Inertia, Material, Model, Rod};
+pub use rod_load::{EndWord, LoadPlace, RodLoad};
 pub use run::Run;
 pub use scales::{Dimensionless, Scales};
 pub use section::{Barrier, Drive, Full, Outline, Section};
@@ -152,7 +154,8 @@ pub struct Scene {
     pub rod: Rod,
     /// `[clamp]`: the pose of the rod's base, s = 0.
     pub clamp: Clamp,
-    /// `[body]`: the body at the rod's end, s = length, in a scene of motion.
+    /// `[body]`: the body at the rod's end, s = length, in a scene of motion; `None` for a rod of full mass whose end
+    /// is free.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<Body>,
     /// `[end]`: supports and loads of the rod's end, in a scene of statics.
@@ -243,7 +246,10 @@ impl Scene {
             ReadError::File(Error::io(format!("reading {file}")).caused_by(error))
         })?;
         utf8(&bytes)
-            .and_then(|text| Self::parse_with(text, overrides))
+            .and_then(|text| {
+                let sources = read::Sources::new(text, overrides);
+                read::scene(&sources.in_directory(path.parent().unwrap_or(Path::new(""))))
+            })
             .map_err(|faults| ReadError::Scene { file, faults })
     }
 
@@ -293,13 +299,32 @@ impl Scene {
     /// `[body]`.
     ///
     /// # Errors
-    /// A scene of statics has none.
+    /// A scene of statics has none, nor has a rod of full mass whose end is free.
     pub fn body(&self) -> Result<&Body> {
         self.body.as_ref().ok_or_else(|| match self.kind {
+            SceneKind::Rod if self.is_motion() => Error::domain(
+                "the end of this rod is free, and what is asked for is that of a body there: add [body] with `mass = 1.0`",
+            ),
             SceneKind::Bar(_) => of_a_bar(),
             SceneKind::Assembly(_) => several(),
             SceneKind::Rod => at_rest(),
         })
+    }
+
+    /// Mass of the body of a motion of one rod, or that of the rod if its end is free.
+    ///
+    /// # Errors
+    /// A scene of statics; a rod without body and without mass.
+    pub(crate) fn carried_mass(&self) -> Result<f64> {
+        match (&self.body, self.rod.mass()) {
+            (None, Some(mass)) if self.is_motion() => Ok(mass),
+            _ => Ok(self.body()?.mass),
+        }
+    }
+
+    /// The groove in which the body of one rod slides.
+    pub(crate) fn groove(&self) -> Option<&Groove> {
+        self.body.as_ref()?.groove.as_ref()
     }
 
     /// `[run]`.

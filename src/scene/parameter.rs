@@ -64,6 +64,7 @@ const SECTION: &str =
     "in this scene it is rigid, varies along the rod, or is no number of the section law";
 const REST: &str = "it varies along the rod in this scene";
 const TENDON: &str = "the rod has no such tendon, or its length is given";
+const LISTED: &str = "there is no such [[load]] on a rod; one along a part of the rod varies by its `factor`, one on a body as body.NAME.force.z";
 const BODY: &str =
     "there is no such body, its load is in time, or it is a point mass, which takes no couple";
 const SITE: &str =
@@ -106,6 +107,9 @@ variables! {
         "it varies along the rod in this scene: vary loads.load, the common factor of the loads along the rod";
     LOADS_LOAD = "loads" "load" Quantity::Ratio, Along,
         "it is the common factor of loads.gravity, loads.distributed and loads.follower, which are 0 in this scene";
+    LISTED_FORCE = "load[]" "force.xyz" Quantity::Force, Along, LISTED;
+    LISTED_COUPLE = "load[]" "couple.xyz" Quantity::Couple, Along, LISTED;
+    LISTED_FACTOR = "load[]" "factor" Quantity::Ratio, Along, LISTED;
     BODY_FORCE = "body[]" "force.xyz" Quantity::Force, Ends, BODY;
     BODY_COUPLE = "body[]" "couple.xyz" Quantity::Couple, Ends, BODY;
     FROM_POSITION = "rod[]" "from.position.xyz" Quantity::Length, Ends, SITE;
@@ -212,7 +216,10 @@ impl Parameter {
 
     /// True for a parameter of the dead load along the rod.
     pub fn is_along(self) -> bool {
-        self.is(Role::Along) && !self.is_follower_along() && !self.is_factor_along()
+        self.is(Role::Along)
+            && !self.is_follower_along()
+            && !self.is_factor_along()
+            && !self.is_listed_couple()
     }
 
     /// True for the common factor of the loads along the rod.
@@ -223,6 +230,11 @@ impl Parameter {
     /// True for a parameter of the follower load along the rod.
     pub fn is_follower_along(self) -> bool {
         self.field == FOLLOWER.field
+    }
+
+    /// True for a couple of the list of loads.
+    pub fn is_listed_couple(self) -> bool {
+        (self.table, self.field) == (LISTED_COUPLE.table, LISTED_COUPLE.field)
     }
 
     /// Symbol of the parameter's unit.

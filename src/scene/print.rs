@@ -1,7 +1,7 @@
 //! Serialisation of a resolved scene, restricted to the fields of its kind.
 
-use super::Scene;
 use super::read::fields_of;
+use super::{Rod, Scene};
 use serde::Serialize;
 use serde::ser::{Error, Serializer};
 use serde_json::Value;
@@ -46,12 +46,50 @@ impl Serialize for Scene {
         if self.end.is_some() && self.loads == super::Loads::default() {
             tables.remove("loads");
         }
+        let listed = listed_loads(self).map_err(S::Error::custom)?;
+        if !listed.is_empty() {
+            tables.insert("load".to_owned(), Value::Array(listed));
+        }
         if self.is_planar() {
             drop_planar_defaults(self, &mut tables);
             tables.values_mut().for_each(flatten);
         }
         Value::Object(tables).serialize(serializer)
     }
+}
+
+/// The loads on rods, as tables `[[load]]`.
+fn listed_loads(scene: &Scene) -> serde_json::Result<Vec<Value>> {
+    let rods: Vec<(Option<&str>, &Rod)> = match scene.assembly() {
+        Some(assembly) => {
+            let rods = assembly.rods.iter();
+            rods.map(|rod| (Some(rod.name.as_str()), &rod.rod))
+                .collect()
+        }
+        None => vec![(None, &scene.rod)],
+    };
+    let mut all = Vec::new();
+    for (name, rod) in rods {
+        for load in &rod.loads {
+            let mut value = serde_json::to_value(load)?;
+            if let Value::Object(table) = &mut value {
+                if let Some(name) = name {
+                    table.insert("rod".to_owned(), name.into());
+                }
+                if load.couple == [0.0; 3] {
+                    table.remove("couple");
+                }
+                if let (true, Some(Value::Array(force))) =
+                    (scene.is_planar(), table.get_mut("force"))
+                {
+                    force.truncate(2);
+                }
+            }
+            all.push((load.number, value));
+        }
+    }
+    all.sort_by_key(|(number, _)| *number);
+    Ok(all.into_iter().map(|(_, value)| value).collect())
 }
 
 /// Leaves out of a planar scene the default clamp, the quaternion of a clamp, the default method and the axis of a

@@ -4,8 +4,8 @@ use super::parameter::*;
 use super::{
     AssemblyBody, AssemblyRod, AssemblyScene, Body, Clamp, ClampMotion, Component, Damping,
     Diagonal, End, Extent, Force, FrictionLaw, Groove, History, InitialShape, Joint, Load,
-    LoadAlong, Loads, Maxwell, Orientation, Pull, Pulse, Ramp, RelaxedAt, Rod, Scene, SceneKind,
-    Section, Sine, Site, SiteJoint, Start, Stiffness, StrainField, StrainMatrix, StrainRate,
+    LoadAlong, LoadPlace, Loads, Maxwell, Orientation, Pull, Pulse, Ramp, RelaxedAt, Rod, RodLoad,
+    Scene, SceneKind, Section, Sine, Site, SiteJoint, Start, StrainField, StrainMatrix, StrainRate,
     Tendon, Translation, Turn,
 };
 use crate::error::Quantity;
@@ -293,36 +293,41 @@ impl<'a> Registry<'a> {
 
     /// Adds the numbers of a rod under a load along its length.
     fn rod(&mut self, rod: &'a mut Rod, loads: [&LoadAlong; 2]) {
+        // Tables hold arclengths up to the length, so the length cannot vary alone.
+        let is_table = |along: &Along| !along.nodes().is_empty();
+        let shape = rod.section.shape();
+        let in_shape = shape.is_some_and(|shape| shape.sizes().any(is_table));
         let linear = match &mut rod.section {
             Section::Diagonal(linear) => Some(linear),
             Section::Barrier(law) => Some(&mut law.linear),
             _ => None,
         };
-        // Tables hold arclengths up to the length, so the length cannot vary alone.
-        let is_table = |along: &Along| !along.nodes().is_empty();
         let section = linear.as_deref();
         let in_section = |law: &Diagonal| law.stiffnesses().any(|(_, along)| is_table(along));
         let in_table = |load: &LoadAlong| matches!(load, LoadAlong::Table { .. });
-        if !(loads.into_iter().any(in_table)
+        if !(in_shape
+            || loads.into_iter().any(in_table)
             || section.is_some_and(in_section)
             || rod.rest.all().any(is_table)
             || rod
                 .drive
                 .iter()
                 .any(|drive| drive.shape.each().any(is_table))
-            || rod.tendons.iter().any(Tendon::has_places))
+            || rod.tendons.iter().any(Tendon::has_places)
+            || rod.loads.iter().any(|load| !load.is_on_end()))
         {
             self.vary(&LENGTH, [(0, &mut rod.length)]);
         }
         if let Some(law) = linear {
-            self.vary(&BENDING, uniform(&mut law.bending));
-            self.vary(&TORSION, uniform([&mut law.torsion]));
-            if let Stiffness::Elastic(shear) = &mut law.shear {
-                self.vary(&SHEAR, uniform(shear));
-            }
-            if let Stiffness::Elastic(axial) = &mut law.axial {
-                self.vary(&AXIAL, uniform([axial]));
-            }
+            let bending = law.bending.iter_mut().enumerate();
+            let bending = bending.filter_map(|(i, b)| Some((i, b.elastic_mut()?.constant_mut()?)));
+            self.vary(&BENDING, bending);
+            self.vary(&TORSION, uniform(law.torsion.elastic_mut()));
+            self.vary(
+                &SHEAR,
+                uniform(law.shear.elastic_mut().into_iter().flatten()),
+            );
+            self.vary(&AXIAL, uniform(law.axial.elastic_mut()));
         }
         self.vary(&CURVATURE, uniform(&mut rod.rest.curvature));
         self.vary(&TWIST, uniform([&mut rod.rest.twist]));
@@ -331,6 +336,7 @@ impl<'a> Registry<'a> {
             rod.drive.iter_mut().map(|drive| (0, &mut drive.amplitude)),
         );
         self.vary(&TENSION, tensions(&mut rod.tendons));
+        self.listed(&mut rod.loads);
         if let Some(damping) = &mut rod.damping {
             self.damping(damping);
         }
@@ -533,6 +539,39 @@ impl<'a> Registry<'a> {
         }
     }
 
+    /// Adds the loads of the list on a rod.
+    fn listed(&mut self, loads: &'a mut [RodLoad]) {
+        for load in loads {
+            let RodLoad {
+                number,
+                place,
+                force,
+                couple,
+                factor,
+                ..
+            } = load;
+            self.k = *number;
+            if matches!(place, LoadPlace::Along { .. }) {
+                self.at("load[]", *number, Square);
+                self.add("force_per_length.xyz", Quantity::Distributed, force);
+                self.add("couple_per_length.xyz", Quantity::Force, couple);
+            } else {
+                self.vary(&LISTED_FORCE, each(force));
+                self.vary(&LISTED_COUPLE, each(couple));
+            }
+            self.vary(&LISTED_FACTOR, [(0, factor)]);
+            self.at("load[]", *number, Any);
+            match place {
+                LoadPlace::End { .. } => {}
+                LoadPlace::Station { s } => self.add("s", Quantity::Length, [s]),
+                LoadPlace::Along { from, to } => {
+                    self.add("from", Quantity::Length, [from]);
+                    self.add("to", Quantity::Length, [to]);
+                }
+            }
+        }
+    }
+
     /// Adds a load along a rod.
     fn along(&mut self, (table, constant): (&'static str, &Variable), load: &'a mut LoadAlong) {
         let of = Quantity::Distributed;
@@ -629,6 +668,8 @@ impl<'a> Registry<'a> {
             self.vary(&FROM_POSITION, from.0.into_iter().flat_map(each));
             self.vary(&TO_POSITION, to.0.into_iter().flat_map(each));
             self.vary(&TENSION_OF, tensions(&mut rod.rod.tendons));
+            self.listed(&mut rod.rod.loads);
+            self.k = k;
             self.vary(&FROM_ANGLE, from.1.and_then(angle));
             self.vary(&TO_ANGLE, to.1.and_then(angle));
         }

@@ -1,8 +1,8 @@
 //! The rod of a scene: its section, friction and memory.
 
-use super::{Drive, Section, Tendon, section::flattened};
-use crate::section::Rest;
+use super::{Drive, RodLoad, Section, Tendon, section::flattened};
 use crate::section::rate::{Damping, Maxwell, StrainMatrix};
+use crate::section::{MassAlong, Rest};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -34,6 +34,9 @@ pub struct Rod {
     /// `[[rod.tendon]]`: tendons, at most 16, only in space; default none.
     #[serde(rename = "tendon", skip_serializing_if = "Vec::is_empty")]
     pub tendons: Vec<Tendon>,
+    /// Loads of `[[load]]` on the rod; default none.
+    #[serde(skip)]
+    pub loads: Vec<RodLoad>,
     /// Internal friction; `None`: elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<Damping>,
@@ -73,7 +76,10 @@ impl Rod {
         match (&self.section, self.material) {
             (Section::Bending(stiffness), _) => Ok(*stiffness),
             (Section::Outline(outline), Some(material)) if self.model == Model::Elastica => {
-                let [a, b] = outline.shape.second_moments();
+                let shape = outline.shape.uniform().ok_or_else(|| {
+                    Error::domain("the shape of a planar rod is the same all along the rod")
+                })?;
+                let [a, b] = shape.second_moments();
                 Ok(material.young
                     * match self.bends {
                         Bends::Weak => a.min(b),
@@ -86,18 +92,20 @@ impl Rod {
         }
     }
 
-    /// Diameter for contacts: the contact diameter, or the smallest size of the section's shape; `None` if contacts are
-    /// not sought.
+    /// Diameter for contacts: the contact diameter, or the smallest size of the section's shape along the rod; `None`
+    /// if contacts are not sought.
     pub fn thickness(&self) -> Option<f64> {
-        let shape = match &self.section {
-            Section::Outline(outline) => Some(outline.shape),
-            Section::Profile(profile) => Some(profile.shape),
-            _ => None,
-        };
+        let shape = self.section.shape();
         let thickness = self
             .contact_diameter
-            .or(shape.map(|shape| shape.thickness()));
+            .or(shape.map(|shape| shape.thickness(self.length)));
         thickness.filter(|d| *d > 0.0)
+    }
+
+    /// Variation of mass and rotary inertia along the rod; `None` for a rod without a shape, or of one shape.
+    pub fn mass_along(&self) -> Option<MassAlong> {
+        let shape = self.section.shape().filter(|s| s.uniform().is_none())?;
+        Some(MassAlong::new(shape, self.length))
     }
 
     /// Mass of the rod: the given one, or density times volume if the material has a density and the section a shape.
@@ -119,7 +127,8 @@ impl Rod {
         let Section::Outline(outline) = &self.section else {
             return None;
         };
-        Some(self.material?.density? * outline.shape.area() * self.length)
+        let area = outline.shape.area(self.length).integral();
+        Some(self.material?.density? * area * self.length)
     }
 }
 

@@ -178,8 +178,8 @@ impl Scales {
 pub struct Dimensionless {
     /// The pose of the base.
     pub clamp: Clamp,
-    /// The body; its mass is 1.
-    pub body: Body,
+    /// The body; its mass is 1. `None`: the end of the rod, whose own mass is 1, is free.
+    pub body: Option<Body>,
     /// The start.
     pub start: Start,
     /// The loads. As the mass is 1, gravity equals the weight.
@@ -187,8 +187,8 @@ pub struct Dimensionless {
 }
 
 impl Scene {
-    /// Scales from length L, bending stiffness EI (in space the reference stiffness B of the rod) and mass; for an
-    /// assembly from its first rod and its first body.
+    /// Scales from length L, bending stiffness EI (in space the reference stiffness B of the rod) and mass, that of the
+    /// rod if there is no body; for an assembly from its first rod and its first body.
     ///
     /// # Errors
     /// As [`Scene::body`] and, in space, [`Scene::cosserat_rod`].
@@ -200,7 +200,7 @@ impl Scene {
         };
         let mass = match self.assembly() {
             Some(assembly) => assembly.mass(),
-            None => self.body()?.mass,
+            None => self.carried_mass()?,
         };
         Ok(Scales::new(self.rod.length, stiffness, mass))
     }
@@ -221,7 +221,7 @@ impl Scene {
         let scales = self.scales()?;
         Ok(Dimensionless {
             clamp: scales.convert(self.clamp.clone(), |all, clamp| all.clamp(clamp)),
-            body: scales.convert(self.body()?.clone(), |all, body| all.body(body)),
+            body: (self.body.clone()).map(|body| scales.convert(body, |all, body| all.body(body))),
             start: scales.convert(self.start.clone(), |all, start| all.start(start)),
             loads: scales.convert(self.loads.clone(), |all, loads| {
                 all.loads(loads, Loaded::Body)

@@ -1,6 +1,8 @@
 //! Section of a rod in a scene: section law and rest strains.
 
-use crate::section::{BarrierTerm, Diagonal, Profile, RestDrive, Shape, ShapeSettings, StrainName};
+use crate::section::{
+    Along, BarrierTerm, Diagonal, Profile, RestDrive, Shape, ShapeSettings, StrainName,
+};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::collections::BTreeMap;
@@ -16,7 +18,7 @@ pub enum Section {
     /// A full matrix of stiffnesses.
     Full(Full),
     /// Shape of the cross-section and its own material.
-    Profile(Profile),
+    Profile(Profile<Along>),
     /// Shape of the cross-section; the material is `rod.material`.
     Outline(Outline),
     /// [`Diagonal`] with a barrier against total compression.
@@ -29,21 +31,23 @@ impl Section {
         self.rigid()[3..].iter().all(|rigid| *rigid)
     }
 
+    /// Shape of the section, if it has one.
+    pub fn shape(&self) -> Option<&Shape<Along>> {
+        match self {
+            Self::Outline(outline) => Some(&outline.shape),
+            Self::Profile(profile) => Some(&profile.shape),
+            _ => None,
+        }
+    }
+
     /// Flags, in the order of [`StrainName`], of the strains held at their rest values.
     pub fn rigid(&self) -> [bool; 6] {
-        let held = |shear: bool, axial: bool| [false, false, false, shear, shear, axial];
-        let diagonal = |d: &Diagonal| {
-            let [shear, axial] = d.rigid();
-            held(shear, axial)
-        };
         match self {
-            Self::Bending(_) => held(true, true),
-            Self::Diagonal(law) => diagonal(law),
+            Self::Bending(_) => [false, false, false, true, true, true],
+            Self::Diagonal(law) => law.rigid(),
             Self::Full(full) => StrainName::ALL.map(|name| full.rigid.contains(&name)),
-            Self::Profile(Profile { set, .. }) | Self::Outline(Outline { set, .. }) => {
-                held(set.shear.is_some(), set.axial.is_some())
-            }
-            Self::Barrier(law) => diagonal(&law.linear),
+            Self::Profile(Profile { set, .. }) | Self::Outline(Outline { set, .. }) => set.rigid(),
+            Self::Barrier(law) => law.linear.rigid(),
         }
     }
 }
@@ -68,7 +72,7 @@ pub struct Full {
     /// K by rows, in the order of [`StrainName`]. Symmetric; positive definite in the strains that are not
     /// rigid. Rows and columns of rigid strains have no effect.
     pub stiffness: [[f64; 6]; 6],
-    /// Strains held at their rest values, without repetition, in increasing order; not all six.
+    /// Strains held at their rest values, without repetition, in increasing order; neither both flexures nor all six.
     pub rigid: Vec<StrainName>,
 }
 
@@ -77,22 +81,25 @@ pub struct Full {
 pub struct Outline {
     /// Shape of the cross-section.
     #[serde(flatten, serialize_with = "measured")]
-    pub shape: Shape,
+    pub shape: Shape<Along>,
     /// Shear factor, torsion constant and rigid strains that override those of the shape.
     #[serde(flatten)]
     pub set: ShapeSettings,
 }
 
 /// Writes a shape with the sizes that one measures: `circle = { diameter = .. }`.
-fn measured<S: Serializer>(shape: &Shape, serializer: S) -> Result<S::Ok, S::Error> {
-    let (name, sizes) = match *shape {
-        Shape::Circle { radius } => ("circle", vec![("diameter", 2.0 * radius)]),
+fn measured<S: Serializer>(shape: &Shape<Along>, serializer: S) -> Result<S::Ok, S::Error> {
+    let (name, sizes) = match shape.clone() {
+        Shape::Circle { radius } => ("circle", vec![("diameter", radius.times(2.0))]),
         Shape::Tube {
             outer_radius,
             thickness,
         } => (
             "tube",
-            vec![("diameter", 2.0 * outer_radius), ("thickness", thickness)],
+            vec![
+                ("diameter", outer_radius.times(2.0)),
+                ("thickness", thickness),
+            ],
         ),
         Shape::Rectangle { width, height } => {
             ("rectangle", vec![("width", width), ("thickness", height)])

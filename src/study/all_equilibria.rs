@@ -6,13 +6,15 @@ use super::equilibrium::{self, EquilibriumRecord};
 use super::record::{Cell, Column, Table};
 use super::tendons::Pulled;
 use super::{Hooks, branch::SAME_EQUILIBRIUM};
-use crate::assembly::AssemblyFamily;
+use crate::assembly::{Assembly, AssemblyFamily, BodyMotion, Configuration};
 use crate::error::{Error, Message, Quantity, Result};
+use crate::math::se3::join;
 use crate::rod::Finding;
 use crate::scene::{AssemblySetup, Scene, Units};
 use crate::solve::deflation::{self, find_further};
-use nalgebra::DVector;
+use nalgebra::{DVector, Isometry3, Vector3};
 use serde_json::{Value, json};
+use std::collections::VecDeque;
 
 /// Largest number of equilibria of an assembly that are looked for.
 const MOST: usize = 24;
@@ -179,13 +181,25 @@ fn of_assembly(scene: &Scene, hooks: &mut dyn Hooks) -> Result<AllEquilibriaReco
     let mut found = vec![(first, words(Finding::Solution))];
     let bound = 2.0 * guesses.iter().map(|x| x.norm()).fold(0.0, f64::max);
     let mut interrupted = false;
-    for guess in &guesses {
+    // Images of the equilibria found come before other guesses.
+    let guesses = guesses.into_iter().map(|guess| (guess, Finding::Deflation));
+    let mut guesses: VecDeque<_> = guesses.collect();
+    let images_of = |now: &Configuration| -> Result<Vec<(DVector<f64>, Finding)>> {
+        let images = images(assembly, now).into_iter();
+        images
+            .map(|image| Ok((family.unknowns(&image, 0.0)?, Finding::Symmetry)))
+            .collect()
+    };
+    for image in images_of(&found[0].0.now)? {
+        guesses.push_front(image);
+    }
+    while let Some((guess, how)) = guesses.pop_front() {
         interrupted |= hooks.interrupted();
         if interrupted || found.len() >= MOST {
             break;
         }
         let options = deflation::Options::default();
-        let guess = std::slice::from_ref(guess);
+        let guess = std::slice::from_ref(&guess);
         let Ok(search) = find_further(&family, 0.0, &known, guess, &options) else {
             continue;
         };
@@ -211,7 +225,10 @@ fn of_assembly(scene: &Scene, hooks: &mut dyn Hooks) -> Result<AllEquilibriaReco
                         })
                 });
                 if !is_twin {
-                    found.push((state, words(Finding::Deflation)));
+                    for image in images_of(&state.now)? {
+                        guesses.push_front(image);
+                    }
+                    found.push((state, words(how)));
                 }
             }
         }
@@ -237,6 +254,43 @@ fn of_assembly(scene: &Scene, hooks: &mut dyn Hooks) -> Result<AllEquilibriaReco
         ),
         interrupted,
     })
+}
+
+/// Images of a configuration under reflections and half turns about the directors of the first attachment on the
+/// ground: equilibria if the assembly has these symmetries, else guesses.
+fn images(assembly: &Assembly, now: &Configuration) -> Vec<Configuration> {
+    let ends = assembly.links().iter();
+    let mut ends = ends.flat_map(|link| [link.from(), link.to()]);
+    let Some(ground) = ends.find(|end| end.carried_by().is_none()) else {
+        return Vec::new();
+    };
+    let ground = ground.at(0.0, &now.bodies).pose;
+    // The signs of (d1, d2, d3).
+    let signs = (1..8).map(|k| Vector3::from_fn(|i, _| if k >> i & 1 == 1 { -1.0 } else { 1.0 }));
+    let image = |sign: Vector3<f64>| {
+        let turned = sign * sign.product();
+        let reflected = |pose: &Isometry3<f64>| {
+            let seen = ground.inverse() * pose;
+            let turn = seen.rotation.scaled_axis().component_mul(&turned);
+            let place = seen.translation.vector.component_mul(&sign);
+            ground * Isometry3::new(place, turn)
+        };
+        let wrench = join(&turned, &sign);
+        Configuration {
+            bodies: now
+                .bodies
+                .iter()
+                .map(|body| BodyMotion::at_rest(reflected(&body.pose)))
+                .collect(),
+            charts: now
+                .charts
+                .iter()
+                .map(|q| q.component_mul(&wrench))
+                .collect(),
+            spins: now.spins.clone(),
+        }
+    };
+    signs.map(image).collect()
 }
 
 impl StateRecord {

@@ -1,6 +1,6 @@
 //! Assemblies at rest: static equilibrium, and the effect of the rods' mass there.
 
-use crate::assembly::AssemblyEquilibrium;
+use crate::assembly::{AssemblyEquilibrium, AssemblyRoute};
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::RodCurve;
@@ -37,6 +37,8 @@ pub struct AssemblyEquilibriumRecord {
     pub residual: f64,
     /// True if the equilibrium was found near the guess of the scene; `None` without a guess.
     pub from_guess: Option<bool>,
+    /// True for the state at rest after a fall of all rods from their unloaded shapes.
+    pub fallen: bool,
     /// Name of an inextensible, unshearable rod shorter than the distance of its ends in the guess.
     pub overdrawn: Option<String>,
     /// Every rod, those with a free end last.
@@ -119,6 +121,7 @@ pub(in crate::study) fn described(
         conservative: setup.assembly.is_conservative(0.0),
         residual: found.residual,
         from_guess: guess.then_some(near),
+        fallen: found.route == AssemblyRoute::Fallen,
         solids: solids.collect(),
         overdrawn: setup.too_short_rod()?.map(str::to_owned),
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,

@@ -49,6 +49,7 @@ pub(crate) fn given(
             ROTARY,
             2.0 * ROTARY,
         ))),
+        along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: None,

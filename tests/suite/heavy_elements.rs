@@ -160,6 +160,7 @@ fn spin_up(tolerance: f64) -> f64 {
         curve: Curve::Space,
         mass: 1.0,
         rotary: Some(Matrix3::from_diagonal_element(6e-4 / (mass * length))),
+        along: None,
         grain: PointMass::new(1.0).unwrap().with_support(clamp),
         distributed: None,
         body: None,

@@ -351,6 +351,7 @@ fn a_rod_cut_in_two_moves_as_one() {
         law: law([1.3, 1.0], 0, 1.0),
         curve: Curve::Plane,
         rotary: None,
+        along: None,
         grain: point(down),
         body: Some(Mass::Point(point(down))),
         ..given(0.2, 0.02, 1.0, down, &strains)
@@ -367,6 +368,7 @@ fn a_rod_cut_in_two_moves_as_one() {
     let half = RodDescription {
         law: law([1.0, 1.3], 1, 0.5),
         rotary: None,
+        along: None,
         ..given(0.1, 0.02, 0.5, down, &strains)
     };
     let ends = beads.map(|mass| {

@@ -34,6 +34,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> RodDescript
         curve: Curve::Plane,
         mass,
         rotary: None,
+        along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(body),
@@ -141,6 +142,7 @@ fn derivatives_are_those_of_the_balance() {
         curve: Curve::Space,
         mass: 0.2,
         rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
+        along: None,
         grain: PointMass::new(1.0)
             .unwrap()
             .with_gravity(gravity)
@@ -237,6 +239,7 @@ fn implicit_steps_eliminate_the_branches() {
         curve: Curve::Space,
         mass: 0.2,
         rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
+        along: None,
         grain: PointMass::new(1.0).unwrap(),
         distributed: None,
         body: Some(Mass::Point(PointMass::new(1.0).unwrap())),
@@ -298,6 +301,7 @@ fn delays_are_those_of_waves_and_of_friction() {
         curve: Curve::Space,
         mass,
         rotary: Some(Matrix3::from_diagonal(&rotary.into())),
+        along: None,
         grain: PointMass::new(1.0).unwrap(),
         distributed: None,
         body: None,
@@ -355,6 +359,7 @@ fn a_planar_motion_in_space() {
     };
     let flat = RodDescription {
         rotary: Some(inertia),
+        along: None,
         ..planar(0.1, 0.03, gravity, weld(gravity))
     };
     let elastic = Arc::new(Linear::diagonal([1.0, 1.4], 0.8).unwrap());
@@ -402,6 +407,7 @@ fn energy_is_kept_whatever_the_nodes_resolve() {
         curve: Curve::Space,
         mass: 0.2,
         rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
+        along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(Mass::Rigid(weld.with_gravity(gravity).unwrap())),
@@ -451,6 +457,7 @@ fn a_round_rod_keeps_its_momentum() {
         curve: Curve::Space,
         mass: MASS,
         rotary: Some(Matrix3::from_diagonal(&section)),
+        along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(weld(Vector3::new(0.0, -1.5, 0.0))),

@@ -107,6 +107,8 @@ mod landings;
 mod landings_space;
 mod light_weight;
 mod light_weight_scenes;
+#[cfg(feature = "cli")]
+mod load_list;
 mod loads;
 #[cfg(feature = "scene")]
 mod mass_motions;
@@ -158,6 +160,8 @@ mod rod_mass_scenes;
 mod rod_paths;
 mod rod_published;
 mod rods;
+#[cfg(feature = "cli")]
+mod rods_alone;
 mod rods_invariants;
 #[cfg(feature = "scene")]
 mod scene;
@@ -178,6 +182,8 @@ mod schema;
 mod sections;
 mod sections_nonlinear;
 mod settled;
+#[cfg(feature = "cli")]
+mod shapes_along;
 #[cfg(feature = "cli")]
 mod small_creep;
 mod stable_count;

@@ -182,10 +182,6 @@ fn what_is_not_covered_is_said() {
             .to_string();
         assert!(faults.contains(words), "{words}: {faults}");
     }
-    let space = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.1\ninertia = \"full\"\n[rod.section]\nbending = [1.0, 1.0]\n\
-                 torsion = 1.0\n[body]\nmass = 1.0\njoint = \"ball\"\n[run]\nduration = 1.0\n";
-    let faults = Scene::parse(space).unwrap_err().to_string();
-    assert!(faults.contains("section_inertia = [1e-6"), "{faults}");
 }
 
 /// Catches too few nodes accepted silently, and tolerances that are not met: one motion at two resolutions and two

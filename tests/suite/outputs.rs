@@ -31,6 +31,7 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
     ("bounce", &[("duration = 20.0", "duration = 2.0")]),
     ("viscous", &[("duration = 3.0", "duration = 0.2")]),
     ("heavy_snap", &[("duration = 0.2", "duration = 0.06")]),
+    ("free_beam", &[("duration = 1.0", "duration = 0.05")]),
     ("gyroscope", &[("duration = 60.0", "duration = 0.1")]),
     ("whirl", &[("duration = 10.0", "duration = 0.1")]),
     ("platform", &[("duration = 3.0", "duration = 0.1")]),

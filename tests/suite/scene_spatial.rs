@@ -517,7 +517,7 @@ fn si_scales() {
     all_close(&free.clamp.position, &[0.2, 0.0, 0.4]);
     let Joint::Weld {
         offset, inertia, ..
-    } = &free.body.joint
+    } = &free.body.as_ref().unwrap().joint
     else {
         panic!()
     };

@@ -264,6 +264,7 @@ impl Case {
 /// settles and then moves because its clamp turns is an example. Catches a kind accepted by only some of the three
 /// forms.
 #[test]
+#[ignore = "second tier: 4 s"]
 fn starts_of_every_kind_are_alike_however_they_are_written() {
     let mut wrong = Vec::new();
     for (kind, beginning, support) in KINDS.iter().flat_map(|kind| {

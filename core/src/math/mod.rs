@@ -10,6 +10,7 @@ pub mod gauss;
 pub mod history;
 pub mod jacobi;
 pub mod lanes8;
+pub mod piecewise;
 pub mod product;
 pub mod real;
 pub mod registers;

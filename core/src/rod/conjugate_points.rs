@@ -162,7 +162,8 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
         if left <= 1e-14 {
             pieces.next();
             if let Some(&&(from, _)) = pieces.peek() {
-                let state = solver.state().at(from);
+                let mut state = solver.state().at(from);
+                state.cross(load, 0.5 * (to + from));
                 let slope = flow.slope(&state).ok_or_else(variations_error)?;
                 turn = angle_rate(&state, &slope, rod, &flow.dm, weight)
                     .ok_or_else(variations_error)?;

@@ -19,6 +19,7 @@ use crate::math::se3::{
     Turn, conjugate, exponential, frame, inverse_left_jacobian, left_jacobian, product,
     rotation_vector,
 };
+use crate::section::Free;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 /// Unknowns of an interval: turn of the far node, strains v.
@@ -36,6 +37,8 @@ const TURNED: f64 = 0.25;
 const SHARP: f64 = 0.8;
 /// Stiffness of the springs of a held end, over the size of forces and couples.
 const HOLD: f64 = 100.0;
+/// Stiffness of the springs of a flexure or twist that is held rigid, over the size of forces and couples.
+const STIFF: f64 = 1e3;
 /// Tilt of the unloaded rod about d2 and, far smaller, about all axes: no unstable equilibrium is kept by symmetry.
 const TILT: f64 = 1e-2;
 const GENERIC: [f64; 3] = [0.7e-7, 1e-7, 0.4e-7];
@@ -133,7 +136,7 @@ impl Problem {
             arm: self.arm,
             held,
             turned: self.orientation,
-            free: law.rigid().map(|rigid| !rigid),
+            free: std::array::from_fn(|k| !law.rigid()[3 + k]),
             size: 1.0 + force.norm() + borne,
         };
         fall.rest(fall.unloaded().ok()?)
@@ -141,6 +144,26 @@ impl Problem {
 }
 
 impl Chain {
+    /// The heavy rod at rest under `force` on its end, which is free to move and `turned` or free to turn.
+    pub fn at_rest_under(
+        law: &ScaledLaw,
+        weight: &ScaledLoad,
+        force: Vector3<f64>,
+        turned: Option<Matrix3<f64>>,
+    ) -> Option<Self> {
+        let fall = Fall {
+            law,
+            weight: Some(weight),
+            force,
+            arm: Vector3::zeros(),
+            held: Vec::new(),
+            turned,
+            free: std::array::from_fn(|k| !law.rigid()[3 + k]),
+            size: 1.0 + force.norm() + weight.total().norm(),
+        };
+        fall.rest(fall.unloaded().ok()?)
+    }
+
     /// Rotation and couple of the section at `s`.
     pub fn section(&self, s: f64) -> (Turn, Vector3<f64>) {
         let n = self.v.len();
@@ -395,7 +418,7 @@ impl Fall<'_> {
         for k in 0..chain.v.len() {
             let strain = chain.strain(k);
             let middle = 0.5 * (chain.places[k] + chain.places[k + 1]);
-            let stored = self.law.energy(middle, &strain).ok()?;
+            let stored = self.free(middle, &strain)?.energy;
             let load = self.beyond(chain, k, &Vector3::zeros());
             sum += chain.length(k) * stored - load.dot(&chain.way(k));
         }
@@ -409,6 +432,30 @@ impl Fall<'_> {
         let lever = frame(&chain.turns[chain.v.len()]) * self.arm;
         sum -= self.force.dot(&lever);
         sum.is_finite().then_some(sum)
+    }
+
+    /// Energy, resultants and tangent of a section. Springs hold flexures and twist that the law holds rigid.
+    fn free(&self, s: f64, strain: &Vector6<f64>) -> Option<Free> {
+        let rigid = self.law.rigid();
+        if rigid[..3] == [false; 3] {
+            return self.law.free(s, strain).ok();
+        }
+        let rest = self.law.inverse(s, &Vector6::zeros()).ok()?.strain;
+        let held = Vector6::from_fn(|k, _| {
+            if k < 3 && rigid[k] {
+                rest[k]
+            } else {
+                strain[k]
+            }
+        });
+        let mut free = self.law.free(s, &held).ok()?;
+        for k in (0..3).filter(|k| rigid[*k]) {
+            let (give, spring) = (strain[k] - held[k], STIFF * self.size);
+            free.energy += 0.5 * spring * give * give;
+            free.resultants[k] = spring * give;
+            free.tangent[(k, k)] = spring;
+        }
+        Some(free)
     }
 
     fn piece(&self, chain: &Chain, k: usize, load: &Vector3<f64>) -> Option<Piece> {
@@ -435,7 +482,7 @@ impl Fall<'_> {
         let psi = logarithm(&product(&conjugate(a), b));
         let u = psi / h;
         let strain = Vector6::new(u.x, u.y, u.z, v.x, v.y, v.z);
-        let free = self.law.free(0.5 * (from + to), &strain).ok()?;
+        let free = self.free(0.5 * (from + to), &strain)?;
         let m = free.resultants.fixed_rows::<3>(0).into_owned();
         let n = free.resultants.fixed_rows::<3>(3).into_owned();
         let first = frame(a);

@@ -6,14 +6,19 @@
 //! n(s) = n(0) - int_0^s f,   m(s) = m(0) - r x n(s) - w(s),   w' = r x f,   w(0) = 0.
 //! ```
 //!
-//! n(s) is known beforehand; w is integrated along the rod, and in the tangent dw' = rho x f. A rod without load has
-//! the empty state `()`: its integration is bit for bit that of a program without loads along rods.
+//! n(s) is known beforehand; w is integrated along the rod, and in the tangent dw' = rho x f. A force F at one place
+//! is a jump there: n falls by F, w grows by r x F, dw by rho x F, the work by F.r. The integration is cut at the jump.
+//! A rod without load has the empty state `()`: its integration is bit for bit that of a program without loads along
+//! rods.
 
 use super::Rod;
+use super::scaled_law::SAME_BREAK;
 use crate::error::{Error, Result};
-use nalgebra::{Rotation3, Vector3};
+use crate::math::piecewise::Piecewise;
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 
-/// A dead load along a rod: force per unloaded length in the world, piece by piece a polynomial in x = s/L.
+/// A dead load along a rod: force per unloaded length in the world, piece by piece a polynomial in x = s/L, and forces
+/// at places between the pieces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistributedLoad {
     pieces: Vec<Piece>,
@@ -23,7 +28,9 @@ pub struct DistributedLoad {
 #[derive(Debug, Clone, PartialEq)]
 struct Piece {
     from: f64,
-    /// int f dx from the base to `from`.
+    /// Force at `from` over the length of the rod, 0 at the base.
+    jump: Vector3<f64>,
+    /// int f dx from the base to `from`, with the jump there.
     before: Vector3<f64>,
     /// c_0, c_1, ... in powers of x - from.
     coefficients: Vec<Vector3<f64>>,
@@ -71,7 +78,7 @@ impl DistributedLoad {
     /// # Errors
     /// A component that is not finite.
     pub fn polynomial(coefficients: Vec<Vector3<f64>>) -> Result<Self> {
-        Self::of(vec![(0.0, coefficients)])
+        Self::of(vec![(0.0, Vector3::zeros(), coefficients)])
     }
 
     /// Linear between the rows (x, f) of a table, x = s/L growing from 0 to 1. Its kinks are breaks of the
@@ -90,26 +97,81 @@ impl DistributedLoad {
         }
         let pieces = rows.windows(2).map(|pair| {
             let (from, to) = (pair[0], pair[1]);
-            (from.0, vec![from.1, (to.1 - from.1) / (to.0 - from.0)])
+            let slope = (to.1 - from.1) / (to.0 - from.0);
+            (from.0, Vector3::zeros(), vec![from.1, slope])
         });
         Self::of(pieces.collect())
     }
 
-    fn of(pieces: Vec<(f64, Vec<Vector3<f64>>)>) -> Result<Self> {
-        let numbers = pieces.iter().flat_map(|(_, c)| c.iter().flatten());
+    /// A force at x = s/L, divided by the length of the rod.
+    ///
+    /// # Errors
+    /// A place that is not inside the rod; a component that is not finite.
+    pub fn at_place(x: f64, force_per_length: Vector3<f64>) -> Result<Self> {
+        if !(x > 0.0 && x < 1.0) {
+            return Err(Error::domain(format!(
+                "a force on the rod acts at s/L = {x}; it must be between the base, 0, and the end, 1"
+            )));
+        }
+        let none = Vector3::zeros();
+        Self::of(vec![
+            (0.0, none, Vec::new()),
+            (x, force_per_length, Vec::new()),
+        ])
+    }
+
+    /// A load on the part of the rod between two places x = s/L, and none elsewhere: c_0 + c_1 x + ....
+    ///
+    /// # Errors
+    /// Places that do not grow, or are beyond the rod; a component that is not finite.
+    pub fn between(from: f64, to: f64, coefficients: Vec<Vector3<f64>>) -> Result<Self> {
+        if !(from >= 0.0 && from < to && to <= 1.0) {
+            return Err(Error::domain(format!(
+                "a load acts along the rod from s/L = {from} to {to}; the places must grow, from 0 at least to 1 at most"
+            )));
+        }
+        let whole = Self::polynomial(coefficients)?;
+        let none = Vector3::zeros();
+        let mut pieces = vec![(from, none, whole.at(from).coefficients_about(from))];
+        if from > 0.0 {
+            pieces.insert(0, (0.0, none, Vec::new()));
+        }
+        if to < 1.0 {
+            pieces.push((to, none, Vec::new()));
+        }
+        Self::of(pieces)
+    }
+
+    /// f = g(x) times a vector, g piece by piece a polynomial in x = s/L, such as the weight of a tapered rod.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn along(force: Vector3<f64>, by: &Piecewise) -> Result<Self> {
+        let none = Vector3::zeros();
+        let pieces = by.pieces().iter();
+        let piece =
+            |(from, c): &(f64, Vec<f64>)| (*from, none, c.iter().map(|c| force * *c).collect());
+        Self::of(pieces.map(piece).collect())
+    }
+
+    fn of(pieces: Vec<(f64, Vector3<f64>, Vec<Vector3<f64>>)>) -> Result<Self> {
+        let numbers = pieces
+            .iter()
+            .flat_map(|(_, jump, c)| c.iter().chain([jump]).flatten());
         if !numbers.into_iter().all(|x| x.is_finite()) {
             return Err(Error::domain(
                 "the components of a load along the rod must be finite",
             ));
         }
         let mut made: Vec<Piece> = Vec::with_capacity(pieces.len());
-        for (from, coefficients) in pieces {
+        for (from, jump, coefficients) in pieces {
             let before = made
                 .last()
                 .map_or(Vector3::zeros(), |last| last.integral_to(from));
             made.push(Piece {
                 from,
-                before,
+                jump,
+                before: before + jump,
                 coefficients,
             });
         }
@@ -136,7 +198,11 @@ impl DistributedLoad {
             for (sum, c) in sum.iter_mut().zip(more) {
                 *sum += c;
             }
-            (from, sum)
+            let jump = |load: &Self| {
+                let there = load.pieces.iter().find(|piece| piece.from == from);
+                there.map_or_else(Vector3::zeros, |piece| piece.jump)
+            };
+            (from, jump(self) + jump(other), sum)
         });
         Self::of(pieces.collect())
     }
@@ -146,6 +212,7 @@ impl DistributedLoad {
     pub fn mapped(&self, map: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
         let pieces = self.pieces.iter().map(|piece| Piece {
             from: piece.from,
+            jump: map(&piece.jump),
             before: map(&piece.before),
             coefficients: piece.coefficients.iter().map(&map).collect(),
         });
@@ -160,7 +227,9 @@ impl DistributedLoad {
         let mut pieces: Vec<Piece> = Vec::with_capacity(self.pieces.len());
         let ends = self.pieces.iter().skip(1).map(|piece| piece.from);
         let ends: Vec<f64> = ends.chain([1.0]).collect();
-        for (piece, end) in self.pieces.iter().zip(ends).rev() {
+        let jumps = self.pieces.iter().skip(1).map(|piece| piece.jump);
+        let jumps: Vec<_> = jumps.chain([Vector3::zeros()]).collect();
+        for ((piece, end), jump) in self.pieces.iter().zip(ends).zip(jumps).rev() {
             let mut coefficients = piece.coefficients_about(end);
             for c in coefficients.iter_mut().skip(1).step_by(2) {
                 c.neg_mut();
@@ -171,7 +240,8 @@ impl DistributedLoad {
                 .map_or(Vector3::zeros(), |last| last.integral_to(from));
             pieces.push(Piece {
                 from,
-                before,
+                jump,
+                before: before + jump,
                 coefficients,
             });
         }
@@ -208,14 +278,29 @@ impl DistributedLoad {
         inside.map(|piece| piece.from).collect()
     }
 
+    /// Forces at single places x = s/L, divided by the length of the rod.
+    pub fn points(&self) -> impl Iterator<Item = (f64, Vector3<f64>)> {
+        let jumps = self.pieces.iter().map(|piece| (piece.from, piece.jump));
+        jumps.filter(|(_, jump)| *jump != Vector3::zeros())
+    }
+
+    /// The force at a break x of the integration, divided by the length; 0 elsewhere.
+    #[inline]
+    fn jump_at(&self, x: f64) -> Vector3<f64> {
+        let near = |from: f64| from > x - 0.1 * SAME_BREAK && from < x + 0.9 * SAME_BREAK;
+        let here = self.pieces.iter().filter(|piece| near(piece.from));
+        here.fold(Vector3::zeros(), |sum, piece| sum + piece.jump)
+    }
+
     /// True if there is no load at all.
     pub fn is_zero(&self) -> bool {
         self.coefficients().all(|c| *c == Vector3::zeros())
     }
 
-    /// The coefficients of all pieces: vectors that span the directions of the load.
+    /// The coefficients of all pieces and the forces between them: vectors that span the directions of the load.
     fn coefficients(&self) -> impl Iterator<Item = &Vector3<f64>> {
-        self.pieces.iter().flat_map(|piece| &piece.coefficients)
+        let pieces = self.pieces.iter();
+        pieces.flat_map(|piece| piece.coefficients.iter().chain([&piece.jump]))
     }
 }
 
@@ -254,10 +339,25 @@ impl ScaledLoad {
         }
     }
 
+    /// Couples along the rod, in the world or, if they turn, along the directors.
+    pub(super) fn couples(load: &DistributedLoad, rod: &Rod, turning: bool) -> Self {
+        let scale = rod.length / rod.units().0;
+        let turn = if turning {
+            UnitQuaternion::identity()
+        } else {
+            rod.clamp.rotation.inverse()
+        };
+        Self {
+            load: load.mapped(|c| turn * c * scale),
+            ground: 0.0,
+        }
+    }
+
     /// The zero load.
     pub(super) fn nothing() -> Self {
         let piece = Piece {
             from: 0.0,
+            jump: Vector3::zeros(),
             before: Vector3::zeros(),
             coefficients: Vec::new(),
         };
@@ -300,6 +400,12 @@ impl ScaledLoad {
     #[inline]
     pub(super) fn density(&self, s: f64) -> Vector3<f64> {
         self.load.density(s)
+    }
+
+    /// The force at a break of the integration; 0 where none acts.
+    #[inline]
+    pub(super) fn jump_at(&self, s: f64) -> Vector3<f64> {
+        self.load.jump_at(s)
     }
 
     /// Total load int_0^1 f.
@@ -354,6 +460,10 @@ pub(super) trait LoadState<const K: usize>: Copy + std::fmt::Debug {
     }
     /// Load density at s.
     fn density(load: &Self::Load, s: f64) -> Vector3<f64>;
+    /// Dead force at a break of the integration.
+    fn jump(load: &Self::Load, s: f64) -> Vector3<f64>;
+    /// Adds the forces and couples at a break of the integration.
+    fn cross(&mut self, load: &Self::Load, s: f64, at: &Place<'_, K>);
     /// Subtracts w from m.
     fn subtract_couple(&self, m: &mut [f64; 3]);
     /// Subtracts dw from dm, by columns.
@@ -385,6 +495,14 @@ impl<const K: usize> LoadState<K> for () {
     fn density((): &(), _: f64) -> Vector3<f64> {
         Vector3::zeros()
     }
+
+    #[inline(always)]
+    fn jump((): &(), _: f64) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    #[inline(always)]
+    fn cross(&mut self, (): &(), _: f64, _: &Place<'_, K>) {}
 
     #[inline(always)]
     fn subtract_couple(&self, _: &mut [f64; 3]) {}
@@ -474,6 +592,16 @@ impl<const K: usize> LoadState<K> for LoadMoment<K> {
     }
 
     #[inline]
+    fn jump(load: &ScaledLoad, s: f64) -> Vector3<f64> {
+        load.jump_at(s)
+    }
+
+    #[inline]
+    fn cross(&mut self, load: &ScaledLoad, s: f64, at: &Place<'_, K>) {
+        self.axpy(1.0, &Self::of_force(&load.jump_at(s), at));
+    }
+
+    #[inline]
     fn subtract_couple(&self, m: &mut [f64; 3]) {
         for (m, w) in m.iter_mut().zip(&self.w) {
             *m -= w;
@@ -491,19 +619,7 @@ impl<const K: usize> LoadState<K> for LoadMoment<K> {
 
     #[inline]
     fn slope(load: &ScaledLoad, s: f64, at: &Place<'_, K>) -> Self {
-        let f = load.density(s);
-        let (r, rho) = (Vector3::from(*at.r), at.rho);
-        let mut dw = [[0.0; K]; 3];
-        for j in 0..K {
-            dw[0][j] = rho[1][j] * f.z - rho[2][j] * f.y;
-            dw[1][j] = rho[2][j] * f.x - rho[0][j] * f.z;
-            dw[2][j] = rho[0][j] * f.y - rho[1][j] * f.x;
-        }
-        Self {
-            w: r.cross(&f).into(),
-            dw,
-            work: f.dot(&r),
-        }
+        Self::of_force(&load.density(s), at)
     }
 
     fn columns(&mut self) -> &mut [[f64; K]] {
@@ -512,5 +628,24 @@ impl<const K: usize> LoadState<K> for LoadMoment<K> {
 
     fn work(&self) -> f64 {
         self.work
+    }
+}
+
+impl<const K: usize> LoadMoment<K> {
+    /// Couple and work of a dead force f at a section.
+    #[inline]
+    fn of_force(f: &Vector3<f64>, at: &Place<'_, K>) -> Self {
+        let (r, rho) = (Vector3::from(*at.r), at.rho);
+        let mut dw = [[0.0; K]; 3];
+        for j in 0..K {
+            dw[0][j] = rho[1][j] * f.z - rho[2][j] * f.y;
+            dw[1][j] = rho[2][j] * f.x - rho[0][j] * f.z;
+            dw[2][j] = rho[0][j] * f.y - rho[1][j] * f.x;
+        }
+        Self {
+            w: r.cross(f).into(),
+            dw,
+            work: f.dot(&r),
+        }
     }
 }

@@ -370,9 +370,10 @@ impl Problem {
         let b = chart.wrench(&first, &x)?;
         let end = first.integrate_to_end::<0>(&b)?;
         let (r, rotation, n) = (end.at.position(), end.at.rotation(), end.n);
-        let couple = match self.weight.as_ref().or(self.followed.as_ref()) {
-            None => b.fixed_rows::<3>(0) - (r + first.lever(&rotation)).cross(&n),
-            Some(_) => end.m - first.lever(&rotation).cross(&n),
+        let couple = if self.weight.is_none() && self.followed.is_none() {
+            b.fixed_rows::<3>(0) - (r + first.lever(&rotation)).cross(&n)
+        } else {
+            end.m - first.lever(&rotation).cross(&n)
         };
         let turn = self.orientation.map(|target| {
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(

@@ -403,7 +403,16 @@ impl<L> MovingRod<'_, L> {
     ) -> Option<(InertiaIntegrals<K>, Second, Vector3<f64>)> {
         let mut sums = InertiaIntegrals::new();
         let mut second = Second::zeros();
+        let mut last = 0.0;
         for (h, stages) in track.steps() {
+            let from = stages[0].s();
+            if from > last {
+                // A break: a force there takes its part of the couple.
+                let taken = three(&second, 3).cross(&C::jump(self.load, 0.5 * (last + from)));
+                let mut couple = second.fixed_rows_mut::<3>(6);
+                couple += taken;
+            }
+            last = from + h;
             second = integrate_alongside(&second, h, |i, second, weight| {
                 let stage = &stages[i];
                 let tangent = self.tangent::<J, K>(stage);

@@ -1,23 +1,56 @@
-//! Loads along a rod that turn with its directors, such as pressure or thrust, beside dead ones (theory 3.8).
+//! Loads along a rod that turn with its directors, such as pressure or thrust, and couples along it, beside dead forces
+//! (theory 3.8).
 //!
 //! With p(s) along the directors f = R p is not known beforehand: the force g = int f that the rod has taken is
 //! integrated, with its variation,
 //!
 //! ```text
 //! n(s) = n(0) - int_0^s f_dead - g,   g' = R p,   dg' = phi x R p,
-//! w' = r x f,   dw' = rho x f + r x (phi x R p).
+//! w' = r x f + l,   dw' = rho x f + r x (phi x R p) + dl,
 //! ```
 //!
-//! Such a load has no potential.
+//! l the couple per length: dead with dl = 0, or along the directors, l = R c with dl = phi x R c. A force or couple at
+//! one place adds these terms at once. Such loads have no potential.
 
 use super::distributed_load::{LoadMoment, LoadState, Place, ScaledLoad};
 use nalgebra::Vector3;
 
-/// Loads along a rod in the numerics' units: one in the clamp's frame, one along the directors.
+/// Loads on a rod without a potential, in the numerics' units.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FollowedLoad {
+    /// Force along the directors.
+    pub(super) force: ScaledLoad,
+    /// Couple in the clamp's frame.
+    pub(super) dead_couple: ScaledLoad,
+    /// Couple along the directors.
+    pub(super) couple: ScaledLoad,
+}
+
+impl FollowedLoad {
+    /// These loads times a factor.
+    pub(super) fn times(&self, part: f64) -> Self {
+        Self {
+            force: self.force.times(part),
+            dead_couple: self.dead_couple.times(part),
+            couple: self.couple.times(part),
+        }
+    }
+}
+
+/// All loads on a rod in the numerics' units.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LoadsAlong {
+    /// Force in the clamp's frame.
     pub(super) dead: ScaledLoad,
-    pub(super) turning: ScaledLoad,
+    pub(super) followed: FollowedLoad,
+}
+
+/// Loads without a potential at one section: a force along the directors, and couples in both frames. At a break
+/// they are whole, elsewhere densities.
+struct Followed {
+    force: Vector3<f64>,
+    dead_couple: Vector3<f64>,
+    couple: Vector3<f64>,
 }
 
 /// Couple and force of the loads along the rod from the clamp to a section, with the variations of both.
@@ -27,6 +60,32 @@ pub(super) struct FollowedMoment<const K: usize> {
     moment: LoadMoment<K>,
     g: [f64; 3],
     dg: [[f64; K]; 3],
+}
+
+impl<const K: usize> FollowedMoment<K> {
+    /// Adds loads at a section.
+    #[inline]
+    fn add(&mut self, load: &Followed, at: &Place<'_, K>) {
+        let d = at.d.map(Vector3::from);
+        let turned = |p: &Vector3<f64>| d[0] * p.x + d[1] * p.y + d[2] * p.z;
+        let (f, l) = (turned(&load.force), turned(&load.couple));
+        let r = Vector3::from(*at.r);
+        let column = |of: &[[f64; K]; 3], j: usize| Vector3::new(of[0][j], of[1][j], of[2][j]);
+        let whole = r.cross(&f) + l + load.dead_couple;
+        self.moment.add_couple(&whole, |j| {
+            let phi = column(at.phi, j);
+            column(at.rho, j).cross(&f) + r.cross(&phi.cross(&f)) + phi.cross(&l)
+        });
+        for i in 0..3 {
+            self.g[i] += f[i];
+        }
+        for j in 0..K {
+            let turned = column(at.phi, j).cross(&f);
+            for (row, x) in self.dg.iter_mut().zip(turned.iter()) {
+                row[j] += *x;
+            }
+        }
+    }
 }
 
 impl<const K: usize> LoadState<K> for FollowedMoment<K> {
@@ -79,6 +138,27 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
     }
 
     #[inline]
+    fn jump(load: &LoadsAlong, s: f64) -> Vector3<f64> {
+        load.dead.jump_at(s)
+    }
+
+    #[inline]
+    fn cross(&mut self, load: &LoadsAlong, s: f64, at: &Place<'_, K>) {
+        self.moment.cross(&load.dead, s, at);
+        let FollowedLoad {
+            force,
+            dead_couple,
+            couple,
+        } = &load.followed;
+        let here = Followed {
+            force: force.jump_at(s),
+            dead_couple: dead_couple.jump_at(s),
+            couple: couple.jump_at(s),
+        };
+        self.add(&here, at);
+    }
+
+    #[inline]
     fn subtract_couple(&self, m: &mut [f64; 3]) {
         LoadState::<K>::subtract_couple(&self.moment, m);
     }
@@ -90,27 +170,22 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
 
     #[inline]
     fn slope(load: &LoadsAlong, s: f64, at: &Place<'_, K>) -> Self {
-        let p = load.turning.density(s);
-        let d = at.d.map(Vector3::from);
-        let f = d[0] * p.x + d[1] * p.y + d[2] * p.z;
-        let r = Vector3::from(*at.r);
-        let column = |of: &[[f64; K]; 3], j: usize| Vector3::new(of[0][j], of[1][j], of[2][j]);
-        let mut moment = LoadMoment::slope(&load.dead, s, at);
-        moment.add_couple(&r.cross(&f), |j| {
-            column(at.rho, j).cross(&f) + r.cross(&column(at.phi, j).cross(&f))
-        });
-        let mut dg = [[0.0; K]; 3];
-        for j in 0..K {
-            let turned = column(at.phi, j).cross(&f);
-            for (row, x) in dg.iter_mut().zip(turned.iter()) {
-                row[j] = *x;
-            }
-        }
-        Self {
-            moment,
-            g: f.into(),
-            dg,
-        }
+        let mut slope = Self {
+            moment: LoadMoment::slope(&load.dead, s, at),
+            ..Self::NOTHING
+        };
+        let FollowedLoad {
+            force,
+            dead_couple,
+            couple,
+        } = &load.followed;
+        let here = Followed {
+            force: force.density(s),
+            dead_couple: dead_couple.density(s),
+            couple: couple.density(s),
+        };
+        slope.add(&here, at);
+        slope
     }
 
     #[inline]

@@ -107,6 +107,19 @@ impl<const K: usize, C: LoadState<K>> LineState<K, C> {
         self.energy
     }
 
+    /// Steps over a break of the integration at `s`, with the forces and couples there.
+    pub(super) fn cross(&mut self, load: &C::Load, s: f64) {
+        let (d, r) = (directors(&self.q), self.r);
+        let (phi, rho) = halves(&self.tangent);
+        let place = Place {
+            d: &d,
+            r: &r,
+            phi,
+            rho,
+        };
+        self.carried.cross(load, s, &place);
+    }
+
     /// This state without the part of the load.
     pub(super) fn without_load(&self) -> LineState<K> {
         LineState {
@@ -438,15 +451,25 @@ pub(super) fn first_step(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<
     Ok((6.0 * tolerance.powf(0.125) / rate(law, b)?).min(1.0))
 }
 
-/// Integrates `flow` over the pieces of the rod from `start`, at s = 0, and shows every accepted step. `place` gives
-/// access to the state's arclength, `first` is the first step.
+/// Access to the arclength of a state, and the function that takes a state over a break.
+pub(super) struct Passage<S, X: Fn(&mut S, f64)> {
+    pub place: fn(&mut S) -> &mut f64,
+    pub cross: X,
+}
+
+/// Integrates `flow` over the pieces of the rod from `start`, at s = 0, and shows every accepted step. `first` is the
+/// first step.
 ///
 /// # Errors
 /// The arclength at which the integration fails.
-pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
+pub(super) fn over_pieces<
+    S: State + Copy,
+    X: Fn(&mut S, f64),
+    F: FnMut(&S, &mut S) -> Option<()>,
+>(
     law: &ScaledLaw,
     start: S,
-    place: fn(&mut S) -> &mut f64,
+    Passage { place, cross }: Passage<S, X>,
     first: f64,
     tolerance: f64,
     mut flow: F,
@@ -457,10 +480,12 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     flow(&state, &mut slope).ok_or(0.0)?;
     let mut solver = Dop853::new(state, slope, first, tolerance);
     let mut step = solver.blank();
+    let mut end = 0.0;
     for &(from, to) in law.pieces() {
         if from > 0.0 {
             // Slope on the far side of the break.
             state = *solver.state();
+            cross(&mut state, 0.5 * (end + from));
             *place(&mut state) = from;
             flow(&state, &mut slope).ok_or(from)?;
             solver.rewind(state, slope);
@@ -477,6 +502,7 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
             }
             each(&step, &mut flow);
         }
+        end = to;
     }
     Ok((*solver.state(), solver.cost()))
 }
@@ -500,7 +526,10 @@ fn integrate<const K: usize, C: LoadState<K>>(
     let found = over_pieces(
         law,
         clamp,
-        LineState::place,
+        Passage {
+            place: LineState::place,
+            cross: |state: &mut LineState<K, C>, s| state.cross(load, s),
+        },
         first,
         tolerance,
         |at, slope| flow.write_slope(at, slope),

@@ -1,7 +1,9 @@
 //! Stages of an integration along a rod, kept for integrals over them.
 
 use super::distributed_load::LoadState;
-use super::ivp::{LineState, Wrench, WrenchFlow, clamp_with_columns, first_step, over_pieces};
+use super::ivp::{
+    LineState, Passage, Wrench, WrenchFlow, clamp_with_columns, first_step, over_pieces,
+};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::solve::cost::Cost;
@@ -64,7 +66,10 @@ pub(super) fn tracked_end<const K: usize, C: LoadState<K>>(
     let found = over_pieces(
         law,
         clamp,
-        LineState::place,
+        Passage {
+            place: LineState::place,
+            cross: |state: &mut LineState<K, C>, s| state.cross(load, s),
+        },
         first,
         tolerance,
         |at, slope| {

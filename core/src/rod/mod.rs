@@ -42,7 +42,7 @@ pub use ivp::Wrench;
 pub use loaded_turning_base::LoadedEnd;
 pub use manifold::{BallJointed, Welded};
 pub use planar::Plane;
-pub use problem::{EndConditions, Problem};
+pub use problem::{EndConditions, LoadsWithoutPotential, Problem};
 pub use solution_path::{ChosenPath, Path, ProblemChart};
 pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, TautLoad, Tip};
 pub use two_ended_chart::BothEnds;

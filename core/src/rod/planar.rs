@@ -12,7 +12,7 @@
 
 use super::chart::{Chart, as_array, dynamic, dynamic_matrix};
 use super::distributed_load::ScaledLoad;
-use super::ivp::{Wrench, first_step, over_pieces};
+use super::ivp::{Passage, Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
@@ -95,7 +95,7 @@ impl Problem {
             return Err("the force acts beside the end".to_owned());
         }
         if self.is_mixed() {
-            return Err("a load turns with the rod along it, or beside a dead one".to_owned());
+            return Err("a load turns with the rod, or a couple acts on it".to_owned());
         }
         let law = &self.rod.law;
         let [about_first, about_second] = law.planar_about();
@@ -263,6 +263,21 @@ impl<'a> FlatLaw<'a> {
         ))
     }
 
+    /// Steps over a break at `s`, with the force there.
+    pub(super) fn cross<const D: usize>(&self, at: &mut Flat<D>, s: f64) {
+        let Some(weight) = self.weight.filter(|_| is_heavy(D)) else {
+            return;
+        };
+        let f = self.plane.flat(&weight.jump_at(s));
+        let w = place_of_w(D);
+        at[w] += at[2] * f.y - at[3] * f.x;
+        if is_varied(D) {
+            for k in 0..3 {
+                at[w + 1 + k] += at[8 + k] * f.y - at[11 + k] * f.x;
+            }
+        }
+    }
+
     pub(super) fn slope<const D: usize>(&self, x: &Vector3<f64>, at: &Flat<D>) -> Result<Flat<D>> {
         let (sin, cos) = at[1].sin_cos();
         let (mut nt, mut ns) = (x[1], x[2]);
@@ -329,7 +344,10 @@ impl<'a> FlatLaw<'a> {
         let found = over_pieces(
             self.law,
             start,
-            |at| &mut at[0],
+            Passage {
+                place: |at| &mut at[0],
+                cross: |at: &mut Flat<D>, s| self.cross(at, s),
+            },
             first,
             tolerance,
             flow,

@@ -35,7 +35,12 @@ impl Problem {
         let mut at = Flat::<D>::zeros();
         let mut zeros = 0;
         let mut before = 1.0;
+        let mut last = 0.0;
         for &(from, to) in self.rod.law.pieces() {
+            if from > 0.0 {
+                law.cross(&mut at, 0.5 * (last + from));
+            }
+            last = to;
             let h = (to - from) / STEPS as f64;
             for k in 0..STEPS {
                 at[0] = from + k as f64 * h;

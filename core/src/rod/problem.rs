@@ -1,7 +1,7 @@
 //! Problem of a rod with an end condition: held and loaded components, and the equations for the base wrench.
 
 use super::distributed_load::{DistributedLoad, LoadMoment, LoadState, ScaledLoad};
-use super::follower_load::{FollowedMoment, LoadsAlong};
+use super::follower_load::{FollowedLoad, FollowedMoment, LoadsAlong};
 use super::ivp::{self, LineState, Wrench};
 use super::solution_path::Path;
 use super::taut::{Solved, Spring};
@@ -85,6 +85,17 @@ impl EndConditions {
     }
 }
 
+/// Loads on a rod that have no potential, per unloaded length and at single places.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadsWithoutPotential {
+    /// Force along the directors.
+    pub follower_force: DistributedLoad,
+    /// Couple in the world.
+    pub couple: DistributedLoad,
+    /// Couple along the directors.
+    pub follower_couple: DistributedLoad,
+}
+
 /// A rod with an end condition, in the clamp's frame and the numerics' units.
 #[derive(Debug, Clone)]
 pub struct Problem {
@@ -102,8 +113,8 @@ pub struct Problem {
     pub(super) turning: [Vector3<f64>; 2],
     /// Load along the rod; `None` if there is none.
     pub(super) weight: Option<ScaledLoad>,
-    /// Follower load along the rod, with components along the directors; `None` without a follower load.
-    pub(super) followed: Option<ScaledLoad>,
+    /// Loads on the rod that have no potential; `None` without such loads.
+    pub(super) followed: Option<FollowedLoad>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
     /// The equilibrium last found from both ends.
@@ -253,18 +264,29 @@ impl Problem {
         self
     }
 
-    /// This problem with a follower load along the rod. The components of `load` are along the directors.
+    /// This problem with loads on the rod that have no potential: follower forces, and couples.
     #[must_use]
-    pub fn with_follower(mut self, load: &DistributedLoad) -> Self {
-        self.followed = Some(ScaledLoad::turning(load, &self.rod));
-        self.rod.law = self.rod.law.broken_at(&load.breaks());
+    pub fn with_followers(mut self, loads: &LoadsWithoutPotential) -> Self {
+        let LoadsWithoutPotential {
+            follower_force: force,
+            couple,
+            follower_couple,
+        } = loads;
+        self.followed = Some(FollowedLoad {
+            force: ScaledLoad::turning(force, &self.rod),
+            dead_couple: ScaledLoad::couples(couple, &self.rod, false),
+            couple: ScaledLoad::couples(follower_couple, &self.rod, true),
+        });
+        for load in [force, couple, follower_couple] {
+            self.rod.law = self.rod.law.broken_at(&load.breaks());
+        }
         self
     }
 
-    /// The dead load and the follower load along the rod; `None` without a follower load.
+    /// All loads on the rod; `None` if all have a potential.
     fn followed(&self) -> Option<LoadsAlong> {
         Some(LoadsAlong {
-            turning: self.followed.clone()?,
+            followed: self.followed.clone()?,
             dead: self.weight.clone().unwrap_or_else(ScaledLoad::nothing),
         })
     }
@@ -321,8 +343,8 @@ impl Problem {
         self.end.follower || self.is_mixed()
     }
 
-    /// True for a follower load along the rod, or at the end beside dead loads. The equilibrium then has no index, not
-    /// even with the follower load kept dead.
+    /// True for a follower load or a couple on the rod, or a follower load at the end beside dead loads. The
+    /// equilibrium then has no index, not even with the follower load kept dead.
     pub fn is_mixed(&self) -> bool {
         self.followed.is_some() || self.turning != [Vector3::zeros(); 2]
     }

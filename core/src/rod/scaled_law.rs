@@ -10,6 +10,9 @@ use std::sync::Arc;
 /// omitted length is of the size of rounding.
 const BREAK_GAP: f64 = 4e-15;
 
+/// Distance up to which two breaks are one.
+pub(super) const SAME_BREAK: f64 = 4.0 * BREAK_GAP;
+
 /// Resultants by which symmetry is tested, the turn of the test in radians, and the relative difference of strains that
 /// is rounding.
 const PROBE: [f64; 6] = [0.3, -0.2, 0.1, 0.25, 0.15, -0.05];
@@ -60,7 +63,7 @@ impl ScaledLaw {
             .map(|pair| 0.5 * (pair[0].1 + pair[1].0));
         let mut all: Vec<f64> = own.chain(breaks.iter().copied()).collect();
         all.sort_by(f64::total_cmp);
-        all.dedup_by(|a, b| *a - *b < 4.0 * BREAK_GAP);
+        all.dedup_by(|a, b| *a - *b < SAME_BREAK);
         self.pieces = pieces_between(&all);
         self
     }
@@ -191,8 +194,8 @@ impl ScaledLaw {
         self.law.energy(s, &strain)
     }
 
-    /// Marks of the rigid strains among v1, v2, v3.
-    pub(super) fn rigid(&self) -> [bool; 3] {
+    /// Marks of the rigid strains.
+    pub(super) fn rigid(&self) -> [bool; 6] {
         self.law.rigid()
     }
 

@@ -90,7 +90,7 @@ impl Barrier {
     /// cone.
     pub fn new(base: Linear, half_widths: [f64; 2], strength: f64) -> Result<Self> {
         let term = BarrierTerm::new(half_widths, strength)?;
-        if base.is_rigid()[2] {
+        if base.is_rigid()[5] {
             return Err(Error::domain(
                 "a law that is rigid in v3 cannot have a barrier against total compression: \
                  give an axial stiffness, or use the linear law alone",
@@ -301,7 +301,7 @@ impl Decoupled {
 }
 
 impl Potential for Barrier {
-    fn rigid(&self) -> [bool; 3] {
+    fn rigid(&self) -> [bool; 6] {
         self.base.is_rigid()
     }
 
@@ -336,7 +336,7 @@ impl SectionLaw for Barrier {
         let rho = self.depth(e)?;
         linear::check_constraints(self.base.is_rigid(), self.base.rest(), e)?;
         let mut e = *e;
-        for k in (3..5).filter(|k| self.base.is_rigid()[*k - 3]) {
+        for k in (0..5).filter(|k| self.base.is_rigid()[*k]) {
             e[k] = self.base.rest()[k];
         }
         Ok(self.energy_at(&e, rho))
@@ -362,7 +362,7 @@ impl SectionLaw for Barrier {
         ))
     }
 
-    fn rigid(&self) -> [bool; 3] {
+    fn rigid(&self) -> [bool; 6] {
         self.base.is_rigid()
     }
 

@@ -135,7 +135,7 @@ impl SectionLaw for Transformed<dyn SectionLaw> {
         })
     }
 
-    fn rigid(&self) -> [bool; 3] {
+    fn rigid(&self) -> [bool; 6] {
         self.law.rigid()
     }
 

@@ -99,7 +99,7 @@ impl SectionLaw for Driven {
         self.base.free(s, &(e - self.shift(s)?))
     }
 
-    fn rigid(&self) -> [bool; 3] {
+    fn rigid(&self) -> [bool; 6] {
         self.base.rigid()
     }
 

@@ -1,21 +1,22 @@
-//! Linear laws: W = 1/2 (e - rest).K (e - rest), with shear and stretch possibly held rigid.
+//! Linear laws: W = 1/2 (e - rest).K (e - rest), with strains possibly held rigid.
 
-use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, StrainName, UniformLinear};
+use super::{
+    Compliance, Free, Inverse, Resultant, SectionLaw, Strain, StrainName, UniformLinear, six,
+};
 use crate::error::{Error, Result, check_finite};
 use nalgebra::{Matrix6, Vector6};
 
 /// The strains of a straight unstretched rod.
 pub(super) const STRAIGHT: [f64; 6] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Largest distance of a rigid strain from its rest value: rounding.
+/// Largest distance of a rigid strain from its rest value, over 1 + its size: rounding.
 const HELD: f64 = 1e-13;
 
 /// A linear law: w = K (e - rest), K diagonal or any symmetric positive definite matrix.
 ///
-/// The components v1, v2 (shear) and v3 (stretch) may be *rigid*: held at their rest values (0, 0, 1) as constraints.
-/// Their rows and columns of the compliance are zero, and the forces n1, n2, n3 conjugate to them are reactions. The
-/// rest of the compliance is the inverse of the free block of K. A rod of [`Linear::diagonal`] is unshearable and
-/// inextensible until these stiffnesses are given.
+/// Components may be *rigid*: held at their rest values as constraints. Their rows and columns of the compliance are
+/// zero, and the couples and forces conjugate to them are reactions. The rest of the compliance is the inverse of the
+/// free block of K. A rod of [`Linear::diagonal`] is unshearable and inextensible until these stiffnesses are given.
 ///
 /// ```
 /// # use snaprod_core as snaprod;
@@ -31,7 +32,7 @@ const HELD: f64 = 1e-13;
 pub struct Linear {
     /// K; entries of rigid components are kept if given, else zero.
     stiffness: Matrix6<f64>,
-    rigid: [bool; 3],
+    rigid: [bool; 6],
     rest: Strain,
     compliance: Compliance,
 }
@@ -46,7 +47,7 @@ impl Linear {
         let entries = Vector6::new(bending[0], bending[1], torsion, 0.0, 0.0, 0.0);
         Self::of(
             Matrix6::from_diagonal(&entries),
-            [true; 3],
+            six([true; 3]),
             Strain::from(STRAIGHT),
         )
     }
@@ -82,7 +83,7 @@ impl Linear {
                 0.5 * entry + 0.5 * other
             }
         });
-        Self::of(symmetric, [false; 3], Strain::from(STRAIGHT))
+        Self::of(symmetric, [false; 6], Strain::from(STRAIGHT))
     }
 
     /// With shear stiffnesses (against v1, v2), which are then no longer rigid.
@@ -92,7 +93,9 @@ impl Linear {
     pub fn with_shear(mut self, shear: [f64; 2]) -> Result<Self> {
         self.stiffness[(3, 3)] = shear[0];
         self.stiffness[(4, 4)] = shear[1];
-        Self::of(self.stiffness, [false, false, self.rigid[2]], self.rest)
+        let mut rigid = self.rigid;
+        (rigid[3], rigid[4]) = (false, false);
+        Self::of(self.stiffness, rigid, self.rest)
     }
 
     /// With an axial stiffness (against v3 - 1), which is then no longer rigid.
@@ -101,8 +104,9 @@ impl Linear {
     /// As [`Linear::diagonal`].
     pub fn with_axial(mut self, axial: f64) -> Result<Self> {
         self.stiffness[(5, 5)] = axial;
-        let [v1, v2, _] = self.rigid;
-        Self::of(self.stiffness, [v1, v2, false], self.rest)
+        let mut rigid = self.rigid;
+        rigid[5] = false;
+        Self::of(self.stiffness, rigid, self.rest)
     }
 
     /// Holds the marked components of v1, v2, v3 rigid; the others are unchanged.
@@ -110,7 +114,20 @@ impl Linear {
     /// # Errors
     /// None for a law that could be built; the free block is inverted anew.
     pub fn rigid(self, marked: [bool; 3]) -> Result<Self> {
-        let rigid = std::array::from_fn(|k| self.rigid[k] || marked[k]);
+        self.holding(six(marked))
+    }
+
+    /// Holds the marked strains rigid; the others are unchanged.
+    ///
+    /// # Errors
+    /// A law that holds all strains.
+    pub fn holding(self, marked: [bool; 6]) -> Result<Self> {
+        let rigid: [bool; 6] = std::array::from_fn(|k| self.rigid[k] || marked[k]);
+        if rigid == [true; 6] {
+            return Err(Error::domain(
+                "a section that holds all strains rigid is no rod: leave a strain free",
+            ));
+        }
         Self::of(self.stiffness, rigid, self.rest)
     }
 
@@ -135,13 +152,21 @@ impl Linear {
         Ok(self)
     }
 
+    /// This law with a stiffness `held` of flexure about the director other than `normal`, and of twist.
+    pub(super) fn held_in_plane(mut self, normal: usize, held: f64) -> Result<Self> {
+        for k in [1 - normal, 2] {
+            self.stiffness[(k, k)] = held;
+        }
+        Self::of(self.stiffness, self.rigid, self.rest)
+    }
+
     /// Stiffness K. Rows and columns of rigid components are meaningless.
     pub fn stiffness(&self) -> &Matrix6<f64> {
         &self.stiffness
     }
 
-    /// Marks of the rigid components of v1, v2, v3.
-    pub fn is_rigid(&self) -> [bool; 3] {
+    /// Marks of the rigid strains.
+    pub fn is_rigid(&self) -> [bool; 6] {
         self.rigid
     }
 
@@ -156,7 +181,7 @@ impl Linear {
     }
 
     /// Checks the numbers and forms the inverse; every constructor ends here.
-    pub(super) fn of(stiffness: Matrix6<f64>, rigid: [bool; 3], rest: Strain) -> Result<Self> {
+    pub(super) fn of(stiffness: Matrix6<f64>, rigid: [bool; 6], rest: Strain) -> Result<Self> {
         Ok(Self {
             compliance: compliance(&stiffness, rigid)?,
             stiffness,
@@ -178,13 +203,13 @@ impl Linear {
 }
 
 /// Checks that the strains satisfy the constraints.
-pub(super) fn check_constraints(rigid: [bool; 3], rest: &Strain, e: &Strain) -> Result<()> {
-    for k in (0..3).filter(|k| rigid[*k]) {
-        let (value, at) = (e[3 + k], rest[3 + k]);
-        if !((value - at).abs() <= HELD) {
+pub(super) fn check_constraints(rigid: [bool; 6], rest: &Strain, e: &Strain) -> Result<()> {
+    for k in (0..6).filter(|k| rigid[*k]) {
+        let (value, at) = (e[k], rest[k]);
+        if !((value - at).abs() <= HELD * (1.0 + at.abs())) {
             return Err(Error::domain(format!(
                 "the strain {} = {value} is held rigid at {at}",
-                StrainName::ALL[3 + k].as_str()
+                StrainName::ALL[k].as_str()
             )));
         }
     }
@@ -192,30 +217,31 @@ pub(super) fn check_constraints(rigid: [bool; 3], rest: &Strain, e: &Strain) -> 
 }
 
 /// Error if a strain is rigid: its resultant is then a reaction.
-pub(super) fn check_unconstrained(rigid: [bool; 3]) -> Result<()> {
+pub(super) fn check_unconstrained(rigid: [bool; 6]) -> Result<()> {
     match rigid.iter().position(|r| *r) {
         None => Ok(()),
         Some(k) => Err(Error::domain(format!(
-            "n{} is a reaction, it does not follow from the strains: {} is held rigid",
-            k + 1,
-            StrainName::ALL[3 + k].as_str()
+            "{}{} is a reaction, it does not follow from the strains: {} is held rigid",
+            ["m", "n"][k / 3],
+            k % 3 + 1,
+            StrainName::ALL[k].as_str()
         ))),
     }
 }
 
 /// The matrix with unit rows and columns at the rigid components.
-pub(super) fn unit_at_rigid(stiffness: &Matrix6<f64>, rigid: [bool; 3]) -> Matrix6<f64> {
+pub(super) fn unit_at_rigid(stiffness: &Matrix6<f64>, rigid: [bool; 6]) -> Matrix6<f64> {
     let mut free = *stiffness;
-    for k in (0..3).filter(|k| rigid[*k]) {
-        free.row_mut(3 + k).fill(0.0);
-        free.column_mut(3 + k).fill(0.0);
-        free[(3 + k, 3 + k)] = 1.0;
+    for k in (0..6).filter(|k| rigid[*k]) {
+        free.row_mut(k).fill(0.0);
+        free.column_mut(k).fill(0.0);
+        free[(k, k)] = 1.0;
     }
     free
 }
 
 /// The inverse of the free block of a symmetric positive definite matrix, zero elsewhere.
-fn compliance(stiffness: &Matrix6<f64>, rigid: [bool; 3]) -> Result<Compliance> {
+fn compliance(stiffness: &Matrix6<f64>, rigid: [bool; 6]) -> Result<Compliance> {
     let free = unit_at_rigid(stiffness, rigid);
     for row in 0..6 {
         for column in 0..6 {
@@ -239,7 +265,7 @@ fn compliance(stiffness: &Matrix6<f64>, rigid: [bool; 3]) -> Result<Compliance> 
     } else {
         Compliance::Full(inverse_of_full(&free)?)
     };
-    for k in (3..6).filter(|k| rigid[*k - 3]) {
+    for k in (0..6).filter(|k| rigid[*k]) {
         match &mut inverse {
             Compliance::Diagonal(entries) => entries[k] = 0.0,
             Compliance::Full(matrix) => matrix[(k, k)] = 0.0,
@@ -315,8 +341,8 @@ fn inverse_of_full(stiffness: &Matrix6<f64>) -> Result<Matrix6<f64>> {
 impl SectionLaw for Linear {
     fn energy(&self, _s: f64, e: &Strain) -> Result<f64> {
         let mut deviation = self.deviation(e)?;
-        for k in (0..3).filter(|k| self.rigid[*k]) {
-            deviation[3 + k] = 0.0;
+        for k in (0..6).filter(|k| self.rigid[*k]) {
+            deviation[k] = 0.0;
         }
         Ok(0.5 * deviation.dot(&(self.stiffness * deviation)))
     }
@@ -342,7 +368,7 @@ impl SectionLaw for Linear {
         ))
     }
 
-    fn rigid(&self) -> [bool; 3] {
+    fn rigid(&self) -> [bool; 6] {
         self.rigid
     }
 

@@ -20,6 +20,7 @@ pub(crate) mod newton;
 mod profile;
 mod profile_along;
 pub mod rate;
+mod shape_along;
 mod stored_energy;
 mod tendons;
 mod varying;
@@ -33,6 +34,7 @@ pub use linear::Linear;
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
 pub use profile_along::Along;
+pub use shape_along::MassAlong;
 pub use stored_energy::{Hyperelastic, StoredEnergy};
 pub use tendons::{Route, Tendon, Tendons};
 pub use varying::{Diagonal, Rest, Stiffness, Varying};
@@ -146,12 +148,12 @@ impl Free {
         energy: f64,
         mut resultants: Resultant,
         mut tangent: Matrix6<f64>,
-        rigid: [bool; 3],
+        rigid: [bool; 6],
     ) -> Self {
-        for k in (0..3).filter(|k| rigid[*k]) {
-            resultants[3 + k] = 0.0;
-            tangent.row_mut(3 + k).fill(0.0);
-            tangent.column_mut(3 + k).fill(0.0);
+        for k in (0..6).filter(|k| rigid[*k]) {
+            resultants[k] = 0.0;
+            tangent.row_mut(k).fill(0.0);
+            tangent.column_mut(k).fill(0.0);
         }
         Self {
             energy,
@@ -202,9 +204,9 @@ pub trait SectionLaw: Debug + Send + Sync {
         })
     }
 
-    /// Marks of the rigid strains among v1, v2, v3; none by default.
-    fn rigid(&self) -> [bool; 3] {
-        [false; 3]
+    /// Marks of the rigid strains; none by default.
+    fn rigid(&self) -> [bool; 6] {
+        [false; 6]
     }
 
     /// The inverse law (AMV (2.28)): strains, energy and compliance under given resultants, to roundoff.
@@ -254,6 +256,11 @@ pub trait SectionLaw: Debug + Send + Sync {
     fn breaks(&self) -> Vec<f64> {
         Vec::new()
     }
+}
+
+/// Marks of all six strains from those of v1, v2, v3.
+fn six([v1, v2, v3]: [bool; 3]) -> [bool; 6] {
+    [false, false, false, v1, v2, v3]
 }
 
 /// Indices of the strains in and out of the plane of bending about d1 (axis 0) or d2 (axis 1).

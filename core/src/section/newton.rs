@@ -22,8 +22,8 @@ pub(crate) struct LawPoint {
 
 /// A strictly convex stored energy at a fixed s. The coordinates of rigid strains are the strains themselves.
 pub(crate) trait Potential {
-    /// Marks of the rigid strains among v1, v2, v3.
-    fn rigid(&self) -> [bool; 3];
+    /// Marks of the rigid strains.
+    fn rigid(&self) -> [bool; 6];
 
     /// The law at x; None outside the domain.
     ///
@@ -104,7 +104,7 @@ fn linearise(
                 point.strain.as_slice()
             ))
         })?;
-    for k in (3..6).filter(|k| rigid[*k - 3]) {
+    for k in (0..6).filter(|k| rigid[*k]) {
         off[k] = 0.0;
         inverse[(k, k)] = 0.0;
     }
@@ -193,7 +193,7 @@ const HIDDEN: f64 = 1e-13;
 
 impl Convexity {
     /// Convexity by a tangent with finite entries.
-    pub(crate) fn of(tangent: &Matrix6<f64>, rigid: [bool; 3]) -> Self {
+    pub(crate) fn of(tangent: &Matrix6<f64>, rigid: [bool; 6]) -> Self {
         let free = unit_at_rigid(tangent, rigid);
         let roots = free.diagonal().map(|entry| entry.abs().sqrt());
         let scaled = free.map_with_location(|i, j, entry| match roots[i] * roots[j] {

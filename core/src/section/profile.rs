@@ -12,32 +12,32 @@ use super::Linear;
 use crate::error::{Error, Result, check_positive};
 use std::f64::consts::PI;
 
-/// Shape of a homogeneous section.
+/// Shape of a homogeneous section, by sizes that are numbers, or vary along the rod (`Shape<Along>`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize),
     serde(tag = "shape", rename_all = "lowercase")
 )]
-pub enum Shape {
+pub enum Shape<T = f64> {
     /// A disc.
     Circle {
         /// Radius of the disc.
-        radius: f64,
+        radius: T,
     },
     /// A rectangle.
     Rectangle {
         /// Side along d1.
-        width: f64,
+        width: T,
         /// Side along d2.
-        height: f64,
+        height: T,
     },
     /// A ring between two circles.
     Tube {
         /// Outer radius.
-        outer_radius: f64,
+        outer_radius: T,
         /// Thickness of the wall, at most the outer radius.
-        thickness: f64,
+        thickness: T,
     },
 }
 
@@ -228,12 +228,47 @@ pub struct ShapeSettings {
     /// Torsional stiffness = G * constant, > 0, length to the fourth; without it, that of St Venant.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub torsion_constant: Option<f64>,
+    /// Marks of flexures about d1 and d2 and of twist that are held rigid.
+    #[cfg_attr(
+        feature = "serde",
+        serde(
+            rename = "rigid",
+            serialize_with = "names",
+            skip_serializing_if = "nothing"
+        )
+    )]
+    pub held: [bool; 3],
     /// `"rigid"`: unshearable.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub shear: Option<Rigid>,
     /// `"rigid"`: inextensible.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub axial: Option<Rigid>,
+}
+
+impl ShapeSettings {
+    /// Marks of the rigid strains.
+    pub fn rigid(&self) -> [bool; 6] {
+        let [u1, u2, u3] = self.held;
+        let shear = self.shear.is_some();
+        [u1, u2, u3, shear, shear, self.axial.is_some()]
+    }
+}
+
+/// True if no mark is set.
+#[cfg(feature = "serde")]
+fn nothing(marks: &[bool; 3]) -> bool {
+    *marks == [false; 3]
+}
+
+/// Writes the names of the marked strains.
+#[cfg(feature = "serde")]
+fn names<S: serde::Serializer>(
+    marks: &[bool; 3],
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    let all = super::StrainName::ALL.iter().zip(marks);
+    serializer.collect_seq(all.filter(|(_, marked)| **marked).map(|(name, _)| name))
 }
 
 /// A section of given shape and material; makes a [`Linear`] law.
@@ -247,15 +282,15 @@ pub struct ShapeSettings {
 ///     set: ShapeSettings { shear_factor: Some(5.0 / 6.0), axial: Some(Rigid::Rigid), ..Default::default() },
 /// }
 /// .law()?;
-/// assert_eq!(law.is_rigid(), [false, false, true]);
+/// assert_eq!(law.is_rigid(), [false, false, false, false, false, true]);
 /// # Ok::<(), snaprod::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Profile {
+pub struct Profile<T = f64> {
     /// Shape of the section.
     #[cfg_attr(feature = "serde", serde(flatten))]
-    pub shape: Shape,
+    pub shape: Shape<T>,
     /// Material of the section.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub material: Material,
@@ -299,10 +334,9 @@ impl Profile {
         let constant = given.unwrap_or_else(|| self.shape.torsion_constant());
         check_positive("torsion constant", constant)?;
         let bending = self.shape.second_moments().map(|moment| young * moment);
-        let rigid = [self.set.shear, self.set.shear, self.set.axial];
         Linear::diagonal(bending, shear * constant)?
             .with_shear([factor * shear * area; 2])?
             .with_axial(young * area)?
-            .rigid(rigid.map(|word| word.is_some()))
+            .holding(self.set.rigid())
     }
 }

@@ -1,6 +1,7 @@
 //! Scalar profiles along a rod: constant, or functions of the arclength.
 
 use crate::error::{Error, Result, check_positive};
+use crate::math::piecewise::Piecewise;
 
 /// A number as a function of the arclength s of the unloaded rod, 0 <= s <= L.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,6 +117,35 @@ impl Along {
                 Ok(values[right - 1] * (1.0 - t) + values[right] * t)
             }
         }
+    }
+
+    /// This profile times a number.
+    #[must_use]
+    pub fn times(mut self, factor: f64) -> Self {
+        match &mut self.0 {
+            Form::Constant(value) => *value *= factor,
+            Form::Table { values: all, .. } | Form::Polynomial { polynomial: all } => {
+                all.iter_mut().for_each(|value| *value *= factor);
+            }
+        }
+        self
+    }
+
+    /// The profile over x = s/L of a rod of this length, which a table covers.
+    pub fn pieces(&self, length: f64) -> Piecewise {
+        Piecewise::new(match &self.0 {
+            Form::Constant(value) => vec![(0.0, vec![*value])],
+            Form::Polynomial { polynomial } => vec![(0.0, polynomial.clone())],
+            Form::Table { s, values } => {
+                let steps = s.windows(2).zip(values.windows(2));
+                let steps = steps.filter(|(s, _)| s[0] < s[1]);
+                let piece = |(s, values): (&[f64], &[f64])| {
+                    let slope = (values[1] - values[0]) / (s[1] - s[0]) * length;
+                    (s[0] / length, vec![values[0], slope])
+                };
+                steps.map(piece).collect()
+            }
+        })
     }
 
     /// The value, if constant along the rod.

@@ -3,6 +3,7 @@
 use super::jet::jet;
 use super::linear::{STRAIGHT, check_constraints, check_unconstrained};
 use super::newton::{Convexity, LawPoint, Potential, invert};
+use super::six;
 use super::{Free, Inverse, Resultant, SectionLaw, Strain};
 use crate::error::{Error, Result, check_finite};
 use nalgebra::{Matrix6, Vector6};
@@ -108,7 +109,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
     /// Energy, resultants, tangent at strains that satisfy the constraints.
     fn inside(&self, s: f64, e: &Strain) -> Result<(f64, Resultant, Matrix6<f64>)> {
         check_finite("the strains", e.as_slice())?;
-        check_constraints(self.0.rigid(), &self.0.start(s), e)?;
+        check_constraints(six(self.0.rigid()), &self.0.start(s), e)?;
         let jet = self.jet(s, e).ok_or_else(|| {
             Error::domain(format!(
                 "the strains {:?} are not admissible at s = {s}: \
@@ -116,7 +117,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
                 e.as_slice()
             ))
         })?;
-        Convexity::of(&jet.2, self.0.rigid()).strict(s, e)?;
+        Convexity::of(&jet.2, six(self.0.rigid())).strict(s, e)?;
         Ok(jet)
     }
 }
@@ -128,8 +129,8 @@ struct LawAt<'a, E> {
 }
 
 impl<E: StoredEnergy> Potential for LawAt<'_, E> {
-    fn rigid(&self) -> [bool; 3] {
-        self.law.0.rigid()
+    fn rigid(&self) -> [bool; 6] {
+        six(self.law.0.rigid())
     }
 
     fn at(&self, x: &Vector6<f64>) -> Result<Option<LawPoint>> {
@@ -158,22 +159,22 @@ impl<E: StoredEnergy> SectionLaw for Hyperelastic<E> {
     }
 
     fn resultants(&self, s: f64, e: &Strain) -> Result<Resultant> {
-        check_unconstrained(self.0.rigid())?;
+        check_unconstrained(six(self.0.rigid()))?;
         Ok(self.inside(s, e)?.1)
     }
 
     fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>> {
-        check_unconstrained(self.0.rigid())?;
+        check_unconstrained(six(self.0.rigid()))?;
         Ok(self.inside(s, e)?.2)
     }
 
     fn free(&self, s: f64, e: &Strain) -> Result<Free> {
         let (energy, resultants, tangent) = self.inside(s, e)?;
-        Ok(Free::new(energy, resultants, tangent, self.0.rigid()))
+        Ok(Free::new(energy, resultants, tangent, six(self.0.rigid())))
     }
 
-    fn rigid(&self) -> [bool; 3] {
-        self.0.rigid()
+    fn rigid(&self) -> [bool; 6] {
+        six(self.0.rigid())
     }
 
     fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse> {

@@ -239,7 +239,7 @@ struct LawAt<'a> {
 }
 
 impl Potential for LawAt<'_> {
-    fn rigid(&self) -> [bool; 3] {
+    fn rigid(&self) -> [bool; 6] {
         self.law.rigid()
     }
 
@@ -288,7 +288,7 @@ impl SectionLaw for Tendons {
         Ok(Free::new(energy, resultants, tangent, self.rigid()))
     }
 
-    fn rigid(&self) -> [bool; 3] {
+    fn rigid(&self) -> [bool; 6] {
         self.base.rigid()
     }
 

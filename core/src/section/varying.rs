@@ -1,7 +1,7 @@
 //! Linear laws whose stiffnesses and rest strains vary along the rod.
 
 use super::linear::STRAIGHT;
-use super::{Along, Free, Inverse, Linear, Resultant, SectionLaw, Strain, UniformLinear};
+use super::{Along, Free, Inverse, Linear, Profile, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::{Error, Result};
 use nalgebra::Matrix6;
 use std::fmt;
@@ -22,14 +22,44 @@ pub enum Stiffness<T> {
     Elastic(T),
 }
 
+impl<T: From<f64>> From<f64> for Stiffness<T> {
+    fn from(value: f64) -> Self {
+        Self::Elastic(value.into())
+    }
+}
+
+impl From<Along> for Stiffness<Along> {
+    fn from(along: Along) -> Self {
+        Self::Elastic(along)
+    }
+}
+
+impl<T> Stiffness<T> {
+    /// The stiffness, unless rigid.
+    pub fn elastic(&self) -> Option<&T> {
+        match self {
+            Self::Rigid => None,
+            Self::Elastic(stiffness) => Some(stiffness),
+        }
+    }
+
+    /// The stiffness, to be changed, unless rigid.
+    pub fn elastic_mut(&mut self) -> Option<&mut T> {
+        match self {
+            Self::Rigid => None,
+            Self::Elastic(stiffness) => Some(stiffness),
+        }
+    }
+}
+
 /// Stiffness of each strain, without coupling. Every number is > 0.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Diagonal {
     /// Couple per flexure about d1 and d2, force times length squared.
-    pub bending: [Along; 2],
+    pub bending: [Stiffness<Along>; 2],
     /// Couple per twist, force times length squared.
-    pub torsion: Along,
+    pub torsion: Stiffness<Along>,
     /// Force per shear along d1 and d2.
     pub shear: Stiffness<[Along; 2]>,
     /// Force per stretch.
@@ -39,23 +69,33 @@ pub struct Diagonal {
 impl Diagonal {
     /// Every stiffness with its name.
     pub fn stiffnesses(&self) -> impl Iterator<Item = (&'static str, &Along)> {
+        const NAMES: [&str; 6] = [
+            "bending[0]",
+            "bending[1]",
+            "torsion",
+            "shear[0]",
+            "shear[1]",
+            "axial",
+        ];
+        let all = NAMES.into_iter().zip(self.each());
+        all.filter_map(|(name, along)| Some((name, along?)))
+    }
+
+    /// Stiffness of each strain, unless rigid.
+    fn each(&self) -> [Option<&Along>; 6] {
         let [first, second] = &self.bending;
-        let shear = match &self.shear {
-            Stiffness::Elastic([first, second]) => vec![("shear[0]", first), ("shear[1]", second)],
-            Stiffness::Rigid => Vec::new(),
-        };
-        let axial = match &self.axial {
-            Stiffness::Elastic(axial) => Some(("axial", axial)),
-            Stiffness::Rigid => None,
+        let [shear_1, shear_2] = match self.shear.elastic() {
+            Some([first, second]) => [Some(first), Some(second)],
+            None => [None; 2],
         };
         [
-            ("bending[0]", first),
-            ("bending[1]", second),
-            ("torsion", &self.torsion),
+            first.elastic(),
+            second.elastic(),
+            self.torsion.elastic(),
+            shear_1,
+            shear_2,
+            self.axial.elastic(),
         ]
-        .into_iter()
-        .chain(shear)
-        .chain(axial)
     }
 
     /// The law with these rest strains, if all its numbers are uniform along the rod.
@@ -72,28 +112,18 @@ impl Diagonal {
 
     fn at(&self, rest: &Rest, s: f64, length: f64) -> Result<Linear> {
         let mut stiffness = Matrix6::zeros();
-        stiffness[(0, 0)] = self.bending[0].at(s, length)?;
-        stiffness[(1, 1)] = self.bending[1].at(s, length)?;
-        stiffness[(2, 2)] = self.torsion.at(s, length)?;
-        if let Stiffness::Elastic([first, second]) = &self.shear {
-            stiffness[(3, 3)] = first.at(s, length)?;
-            stiffness[(4, 4)] = second.at(s, length)?;
+        for (k, along) in self.each().into_iter().enumerate() {
+            if let Some(along) = along {
+                stiffness[(k, k)] = along.at(s, length)?;
+            }
         }
-        if let Stiffness::Elastic(axial) = &self.axial {
-            stiffness[(5, 5)] = axial.at(s, length)?;
-        }
-        let [shear, axial] = self.rigid();
         let (curvature, twist) = rest.at(s, length)?;
-        Linear::of(stiffness, [shear, shear, axial], Strain::from(STRAIGHT))?
-            .with_rest(curvature, twist)
+        Linear::of(stiffness, self.rigid(), Strain::from(STRAIGHT))?.with_rest(curvature, twist)
     }
 
-    /// Marks for rigid shear and rigid stretch.
-    pub fn rigid(&self) -> [bool; 2] {
-        [
-            self.shear == Stiffness::Rigid,
-            self.axial == Stiffness::Rigid,
-        ]
+    /// Marks of the rigid strains.
+    pub fn rigid(&self) -> [bool; 6] {
+        self.each().map(|along| along.is_none())
     }
 
     fn check(&self) -> Result<()> {
@@ -176,8 +206,31 @@ pub struct Varying {
 #[derive(Clone)]
 enum Source {
     Entries(Box<Entries>),
+    Shaped(Box<Shaped>),
     Rested(Box<Rested>),
     Function(Law),
+}
+
+/// A law of a shape that varies.
+#[derive(Debug, Clone)]
+struct Shaped {
+    profile: Profile<Along>,
+    rest: Rest,
+    /// Length of the rod.
+    length: f64,
+    /// Director about which the rod bends alone, and the stiffness of flexure about the other and of twist.
+    plane: Option<(usize, f64)>,
+}
+
+impl Shaped {
+    fn at(&self, s: f64) -> Result<Linear> {
+        let mut law = self.profile.at(s, self.length)?.law()?;
+        if let Some((normal, held)) = self.plane {
+            law = law.held_in_plane(normal, held)?;
+        }
+        let (curvature, twist) = self.rest.at(s, self.length)?;
+        law.with_rest(curvature, twist)
+    }
 }
 
 /// A law with uniform stiffness and varying rest strains.
@@ -213,6 +266,11 @@ impl Varying {
     /// A constant or a node of a stiffness that is not finite and > 0.
     pub fn new(law: Diagonal, rest: Rest, length: f64) -> Result<Self> {
         law.check()?;
+        if law.rigid() == [true; 6] {
+            return Err(Error::domain(
+                "a section that holds all strains rigid is no rod: leave a strain free",
+            ));
+        }
         let mut varying = Self {
             breaks: Vec::new(),
             source: Source::Entries(Box::new(Entries { law, rest, length })),
@@ -228,8 +286,8 @@ impl Varying {
     /// A constant or a node of a table that is not finite and > 0.
     pub fn diagonal(bending: [Along; 2], torsion: Along) -> Result<Self> {
         let law = Diagonal {
-            bending,
-            torsion,
+            bending: bending.map(Stiffness::from),
+            torsion: torsion.into(),
             shear: Stiffness::Rigid,
             axial: Stiffness::Rigid,
         };
@@ -247,6 +305,38 @@ impl Varying {
             breaks: Vec::new(),
         };
         varying.with_breaks(&breaks)
+    }
+
+    /// The law of a shape and a material, of rest strains and of a shape that vary along a rod of this length.
+    ///
+    /// # Errors
+    /// A size, at a node of a table, that is not finite and > 0.
+    pub fn shaped(profile: Profile<Along>, rest: Rest, length: f64) -> Result<Self> {
+        (profile.shape.sizes())
+            .try_for_each(|size| size.check_positive("a size of the section"))?;
+        let all = profile.shape.sizes().chain(rest.all());
+        let breaks: Vec<f64> = all.flat_map(Along::breaks).copied().collect();
+        let shaped = Shaped {
+            profile,
+            rest,
+            length,
+            plane: None,
+        };
+        let varying = Self {
+            source: Source::Shaped(Box::new(shaped)),
+            breaks: Vec::new(),
+        };
+        varying.with_breaks(&breaks)
+    }
+
+    /// A law of a shape that bends about its director `normal` (0 or 1) alone: flexure about the other and twist have
+    /// the stiffness `held`. Other laws are unchanged.
+    #[must_use]
+    pub fn in_plane(mut self, normal: usize, held: f64) -> Self {
+        if let Source::Shaped(shaped) = &mut self.source {
+            shaped.plane = Some((normal, held));
+        }
+        self
     }
 
     /// Any law of s. It is taken to be smooth between breaks ([`Varying::with_breaks`]).
@@ -309,6 +399,7 @@ impl Varying {
                 let found = rested.rest.at(s, rested.length);
                 found.and_then(|(curvature, twist)| rested.law.with_rest(curvature, twist))
             }
+            Source::Shaped(shaped) => shaped.at(s),
             Source::Function(law) => law(s),
         }
         .map_err(|e| e.context(format!("the section at s = {s}")))
@@ -320,7 +411,7 @@ impl Varying {
                 edit(entries);
                 entries.law.check()?;
             }
-            Source::Rested(_) | Source::Function(_) => {
+            Source::Shaped(_) | Source::Rested(_) | Source::Function(_) => {
                 return Err(Error::domain(format!(
                     "{what} cannot be set on a law given as a function of s: set it in the function"
                 )));
@@ -348,6 +439,7 @@ impl fmt::Debug for Varying {
         let mut shown = f.debug_struct("Varying");
         match &self.source {
             Source::Entries(entries) => shown.field("entries", entries),
+            Source::Shaped(shaped) => shown.field("shaped", shaped),
             Source::Rested(rested) => shown.field("rested", rested),
             Source::Function(_) => shown.field("law", &"a function of s"),
         };
@@ -373,8 +465,8 @@ impl SectionLaw for Varying {
     }
 
     /// Marks of the rigid strains at the clamp, which are rigid along the whole rod.
-    fn rigid(&self) -> [bool; 3] {
-        self.at(0.0).map_or([false; 3], |law| law.is_rigid())
+    fn rigid(&self) -> [bool; 6] {
+        self.at(0.0).map_or([false; 6], |law| law.is_rigid())
     }
 
     fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse> {
@@ -394,7 +486,7 @@ impl SectionLaw for Varying {
     fn is_uniform(&self) -> bool {
         match &self.source {
             Source::Entries(entries) => entries.all().all(|along| along.constant().is_some()),
-            Source::Rested(_) | Source::Function(_) => false,
+            Source::Shaped(_) | Source::Rested(_) | Source::Function(_) => false,
         }
     }
 
@@ -405,7 +497,7 @@ impl SectionLaw for Varying {
                 entries.all(|(_, along)| along.constant().is_some())
             }
             Source::Rested(_) => true,
-            Source::Function(_) => false,
+            Source::Shaped(_) | Source::Function(_) => false,
         }
     }
 
@@ -418,12 +510,13 @@ impl SectionLaw for Varying {
         Ok(*self.at(s)?.rest())
     }
 
-    /// Exact for entries (they are diagonal); false for a function of s.
+    /// Exact for entries and shapes (they are diagonal); false for a function of s.
     fn planar_about(&self) -> [bool; 2] {
-        let Source::Entries(entries) = &self.source else {
-            return [false; 2];
+        let Rest { curvature, twist } = match &self.source {
+            Source::Entries(entries) => &entries.rest,
+            Source::Shaped(shaped) => &shaped.rest,
+            Source::Rested(_) | Source::Function(_) => return [false; 2],
         };
-        let Rest { curvature, twist } = &entries.rest;
         std::array::from_fn(|axis| twist.vanishes() && curvature[1 - axis].vanishes())
     }
 }

@@ -25,11 +25,18 @@ pub enum FreeStrains {
 }
 
 impl FreeStrains {
-    /// The strains that a section leaves free; `rigid`: whether v1, v2, v3 are held.
+    /// The strains that a section leaves free; `rigid`: which strains are held.
     ///
     /// # Errors
-    /// Shear and stretch held rigid in a combination without kinematics.
-    pub fn of(rigid: [bool; 3]) -> Result<Self> {
+    /// Shear and stretch held rigid in a combination without kinematics; flexure or twist held rigid.
+    pub fn of(rigid: [bool; 6]) -> Result<Self> {
+        let [u1, u2, u3, rigid @ ..] = rigid;
+        if u1 || u2 || u3 {
+            return Err(Error::domain(
+                "rod.section holds flexure or twist rigid: a rod with friction and without mass bends and twists freely; \
+                 write inertia = \"full\" in [rod], or leave out its friction, or give the strain a stiffness",
+            ));
+        }
         match rigid {
             [true, true, true] => Ok(Self::Flexure),
             [true, true, false] => Ok(Self::Stretch),

@@ -122,7 +122,7 @@ fn rods(stills: &[Still], header: &RunHeader, flat: bool) -> Vec<Value> {
 /// Each body: position, rotation and velocity of its frame in all pictures; position and velocity along the trace. Each
 /// component has its own range.
 fn bodies(film: &Film, header: &RunHeader) -> Vec<Value> {
-    let body = |(k, RunBody { name, solid }): (usize, &RunBody)| {
+    let body = |(k, RunBody { name, solid, .. }): (usize, &RunBody)| {
         let stills: Vec<&Moment> = film.stills.iter().map(|at| &at.now).collect();
         let trace: Vec<&Moment> = film.trace.iter().collect();
         type Part = fn(&BodyMoment, usize) -> f64;

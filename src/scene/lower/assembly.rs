@@ -14,6 +14,7 @@ use crate::assembly::{
 use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::HeavyAssembly;
+use crate::full_mass::elements;
 use crate::math::se3::{halves, join};
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::{LightInSpace, Motion, RodCurve};
@@ -178,7 +179,7 @@ impl AssemblySetup {
             if weight.is_some() && heavy.is_none() {
                 return Err(named(Error::domain(
                     "a rod with a free end has no weight: leave out its mass (a material by E and nu, without a density), or put a small body at \
-                     its end",
+                     its end (at rest a [[body]] with a name alone is enough)",
                 )));
             }
             let own = rod.rod.unclamped()?.measured(scales.measures());
@@ -295,14 +296,14 @@ impl AssemblySetup {
 
     fn search_equilibrium(&self) -> Result<AssemblyEquilibrium> {
         let Some(bodies) = &self.guess else {
-            return self.assembly.equilibrium(None, self.tolerance);
+            return elements::equilibrium(&self.assembly, self.tolerance);
         };
         // Out of reach is a cheap test, before a vain search rod by rod.
         self.assembly.within_reach()?;
         let guess = self.assembly.held(bodies.clone(), GUESS_TOLERANCE);
         let near = self.assembly.equilibrium(Some(&guess), self.tolerance);
         near.or_else(|why| {
-            let unloaded = self.assembly.equilibrium(None, self.tolerance);
+            let unloaded = elements::equilibrium(&self.assembly, self.tolerance);
             unloaded.map_err(|_| why)
         })
     }
@@ -413,10 +414,12 @@ impl AssemblySetup {
         let given = scene.assembly().into_iter().flat_map(|given| &given.rods);
         let links = self.assembly.links().iter().zip(&self.reversed);
         let all = given.zip(links).enumerate();
-        all.filter(|(_, (given, _))| self.is_heavy() && given.distributed.is_zero())
-            .filter(|(_, (given, _))| given.rod.relaxation.is_empty())
-            .map(|(k, (_, (link, reversed)))| LightInSpace::in_assembly(k, link, *reversed))
-            .collect()
+        all.filter(|(_, (given, _))| {
+            self.is_heavy() && given.distributed.is_zero() && given.rod.loads.is_empty()
+        })
+        .filter(|(_, (given, _))| given.rod.relaxation.is_empty())
+        .map(|(k, (_, (link, reversed)))| LightInSpace::in_assembly(k, link, *reversed))
+        .collect()
     }
 
     /// Wrench (couple, force) at the base, `from`, of every rod, in the world and the scene's units.

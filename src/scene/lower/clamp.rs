@@ -131,6 +131,7 @@ impl Scene {
                 position: (pose.translation.vector * self.scales()?.length).into(),
                 orientation: Orientation::Quaternion([q.w, q.i, q.j, q.k]),
                 motion: None,
+                free: false,
             };
         }
         standing.rod.damping = None;

@@ -8,6 +8,7 @@ use crate::assembly::{
 };
 use crate::body::{Frame, Mass, Support};
 use crate::error::{Error, Quantity, Result};
+use crate::full_mass::elements;
 use crate::math::se3::join;
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::{Motion, Options};
@@ -162,7 +163,7 @@ impl ElasticSpace {
             assembly = assembly.with_light_rods(vec![Some(light.clone())])?;
         }
         if self.settled {
-            start = assembly.equilibrium(None, SETTLING_TOLERANCE)?.now;
+            start = elements::equilibrium(&assembly, SETTLING_TOLERANCE)?.now;
             start.bodies[0].twist = twist;
         }
         Ok((assembly, start))
@@ -192,7 +193,7 @@ impl MotionModel for ElasticSpace {
 
     fn strains(&self) -> Vec<(&'static str, usize)> {
         let rigid = self.rod.law().rigid();
-        let moves = |name: &StrainName| (*name as usize) < 3 || !rigid[*name as usize - 3];
+        let moves = |name: &StrainName| !rigid[*name as usize];
         let names = StrainName::ALL.iter().filter(|name| moves(name));
         names.map(|name| (name.as_str(), *name as usize)).collect()
     }

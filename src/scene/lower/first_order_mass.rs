@@ -4,34 +4,35 @@ use crate::assembly::{Attachment, Joint, LightRod, Link};
 use crate::error::{Quantity, Result};
 use crate::full_mass::held_vibrations::Massive;
 use crate::rod::{SectionMass, Wrench};
-use crate::scene::{Rod, Scales, Scene, Section};
+use crate::scene::{Rod, Scales, Scene};
 use nalgebra::{Isometry3, Vector3};
 
 /// Tolerance of the integration along a rod.
 const ALONG: f64 = 1e-13;
 
 impl Rod {
-    /// Rotary inertia of the sections per length about their centres, along their directors, in the scene's units. The
-    /// source is the given value, the shape, or the stiffnesses of a homogeneous section; `None` if there is no source.
+    /// Mean along the rod of the rotary inertia of the sections per length, about their centres and along their
+    /// directors, in the scene's units. The source is the given value, the shape, or the stiffnesses of a homogeneous
+    /// section; `None` if there is no source.
     ///
     /// # Errors
     /// A rod whose section law cannot be made.
     pub fn rotary_inertia(&self) -> Result<Option<[f64; 3]>> {
         let per_length = self.mass().unwrap_or(f64::NAN) / self.length;
         let both = |[a, b]: [f64; 2]| [a, b, a + b].map(|x| x * per_length);
-        let shape = match &self.section {
-            Section::Outline(outline) => Some(outline.shape),
-            Section::Profile(profile) => Some(profile.shape),
-            _ => None,
-        };
-        Ok(match (self.section_inertia, shape) {
+        Ok(match (self.section_inertia, self.section.shape()) {
             (Some(given), _) => Some(given),
-            (None, Some(shape)) => Some(both(shape.second_moments().map(|i| i / shape.area()))),
+            (None, Some(shape)) => {
+                let area = shape.area(self.length).integral();
+                let moments = shape.second_moments(self.length);
+                Some(both(moments.map(|moment| moment.integral() / area)))
+            }
             (None, None) => {
                 let law = self.backbone()?.law().clone();
-                let axial = law.rigid()[2];
+                let rigid = law.rigid();
                 let tangent = law.free(0.0, &law.unloaded(0.0)?)?.tangent;
-                (!axial).then(|| both([0, 1].map(|k| tangent[(k, k)] / tangent[(5, 5)])))
+                let known = !(rigid[0] || rigid[1] || rigid[5]);
+                known.then(|| both([0, 1].map(|k| tangent[(k, k)] / tangent[(5, 5)])))
             }
         })
     }
@@ -70,7 +71,8 @@ pub(super) fn first_order_rod(rod: &Rod, scales: &Scales) -> Result<Option<Light
 }
 
 impl Rod {
-    /// The rod with its mass and friction, where `rod` is its form in the library; `None` if the mass is unknown.
+    /// The rod with its mass and friction, where `rod` is its form in the library; `None` if the mass is unknown, or
+    /// varies along the rod.
     ///
     /// # Errors
     /// As [`Rod::viscoelastic`].
@@ -82,6 +84,9 @@ impl Rod {
         let Some(mass) = self.mass_over_unit(scales) else {
             return Ok(None);
         };
+        if self.mass_along().is_some() {
+            return Ok(None);
+        }
         let friction = match &self.damping {
             None => None,
             Some(_) => Some(self.viscoelastic()?.law_in_units(scales.measures()).rate),

@@ -2,13 +2,14 @@
 
 use super::clamp::{self, start_context};
 use super::grooved;
-use super::in_space::{SpaceField, SpaceStart};
+use super::in_space::{FREE_END, SpaceField, SpaceStart};
 use super::loads::point_mass;
 use super::planar::start;
 use super::viscous::CurvatureField;
 use super::{ModelKind, MotionModel};
+use crate::assembly::BodyMotion;
 use crate::body::{Frame, Mass, PointMass, Support};
-use crate::error::{Error, Result};
+use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::HeavyAssembly;
 use crate::full_mass::frames::Curve;
 use crate::full_mass::law::Law;
@@ -58,6 +59,8 @@ pub struct HeavySpace {
     pub rate: Option<StrainField>,
     /// True if the run starts from the equilibrium under all loads; without a groove the stable one.
     pub settled: bool,
+    /// True if nothing holds the base.
+    pub free: bool,
     /// Velocity of the end.
     velocity: EndVelocity,
 }
@@ -89,13 +92,13 @@ fn mass(rod: &Rod, scales: &Scales) -> Result<f64> {
 /// Section law in space with its active strains, the mass and the rotary inertia of the sections, in units of `scales`.
 ///
 /// # Errors
-/// As [`Scene::viscoelastic`]; a rod without mass, or with unknown rotary inertia.
+/// As [`Scene::viscoelastic`]; a rod without mass.
 pub(in crate::scene) fn heavy_law_in_space(
     rod: &Rod,
     scales: &Scales,
-) -> Result<(Law, f64, Matrix3<f64>)> {
+) -> Result<(Law, f64, Option<Matrix3<f64>>)> {
     let rigid = rod.unclamped()?.law().rigid();
-    let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
+    let active: Vec<usize> = (0..6).filter(|k| !rigid[*k]).collect();
     Ok((
         law(rod, scales.measures(), &active)?,
         mass(rod, scales)?,
@@ -123,14 +126,16 @@ impl HeavyPlane {
     pub fn new(scene: &Scene) -> Result<Self> {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
         let support = clamp::clamp_in_space(&plain.clamp)?;
-        let body = point_mass(1.0, &plain.loads, Vector3::from, support.clone())?;
+        let mass_at_end = plain.body.as_ref().map_or(FREE_END, |_| 1.0);
+        let body = point_mass(mass_at_end, &plain.loads, Vector3::from, support.clone())?;
         let given = RodDescription {
             law: law(&scene.rod, scales.measures(), &[StrainName::U1 as usize])?,
             curve: Curve::Plane,
             mass: mass(&scene.rod, &scales)?,
             rotary: None,
+            along: None,
             grain: unit_point_mass(plain.loads.gravity.into(), support.clone())?,
-            distributed: distributed(&plain, Vector3::from)?,
+            distributed: distributed(&plain, (&scene.rod, &scales), Vector3::from)?,
             body: Some(Mass::Point(body)),
             // Planar rods pass beside each other without contact.
             diameter: None,
@@ -207,16 +212,19 @@ impl HeavyPlane {
     }
 }
 
-/// Load along the rod without its weight. `inward` maps world vectors to the frame of the run.
+/// Load along the rod `rod` of the scene without its weight. `inward` maps world vectors to the frame of the run.
 fn distributed(
     plain: &Dimensionless,
+    (rod, scales): (&Rod, &Scales),
     inward: impl Fn([f64; 3]) -> Vector3<f64>,
 ) -> Result<Option<DistributedLoad>> {
-    let load = &plain.loads.distributed;
-    Ok(if load.is_zero() {
+    let unit = scales.inward(Quantity::Distributed, 1.0);
+    let listed = rod.dead_forces()?.mapped(|f| f * unit);
+    let whole = plain.loads.distributed.on(1.0)?.plus(&listed)?;
+    Ok(if whole.is_zero() {
         None
     } else {
-        Some(load.on(1.0)?.mapped(|f| inward((*f).into())))
+        Some(whole.mapped(|f| inward((*f).into())))
     })
 }
 
@@ -266,11 +274,10 @@ impl HeavySpace {
     /// Finds the start and converts to units of the rod.
     ///
     /// # Errors
-    /// As [`Scene::viscoelastic`]; a rod without mass, or with unknown rotary inertia; a start for which no equilibrium
-    /// is found.
+    /// As [`Scene::viscoelastic`]; a rod without mass; a start for which no equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let (law, mass, rotary) = heavy_law_in_space(&scene.rod, &scene.scales()?)?;
-        let plain = scene.dimensionless()?;
+        let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
+        let (law, mass, rotary) = heavy_law_in_space(&scene.rod, &scales)?;
         let mut common = SpaceStart::new(scene, law.breaks())?;
         let settled = matches!(scene.start.place, InitialShape::Settled { .. });
         if settled && common.groove.is_some() {
@@ -291,9 +298,10 @@ impl HeavySpace {
             law,
             curve: Curve::Space,
             mass,
-            rotary: Some(rotary),
+            rotary,
+            along: scene.rod.mass_along(),
             grain: unit_point_mass(inward(plain.loads.gravity), support.clone())?,
-            distributed: distributed(&plain, inward)?,
+            distributed: distributed(&plain, (&scene.rod, &scales), inward)?,
             body: Some(body),
             diameter: scene.rod.thickness().map(|d| d / common.scales.length),
         };
@@ -305,6 +313,7 @@ impl HeavySpace {
             },
             relaxed: common.relaxed(scene),
             settled,
+            free: scene.clamp.free,
             velocity: clamp::end_velocity(support.as_ref(), &velocity, &plain),
             common,
         })
@@ -315,8 +324,10 @@ impl HeavySpace {
     /// # Errors
     /// As [`HeavyRod::new`].
     pub fn assembly(&self) -> Result<HeavyAssembly> {
+        let rod = || HeavyRod::coarse(self.given.clone());
         match &self.common.groove {
-            None => HeavyAssembly::of_rod(HeavyRod::coarse(self.given.clone())?),
+            None if self.free => HeavyAssembly::of_free_rod(rod()?),
+            None => HeavyAssembly::of_rod(rod()?),
             Some(groove) => self.grooved(groove),
         }
     }
@@ -334,12 +345,20 @@ impl HeavySpace {
             rate: Box::new(|s| self.rate_at(s)),
             velocity: Some(self.velocity),
         };
-        let bodies = self.common.groove.iter().map(|_| self.body_in_groove());
+        let bodies = match &self.common.groove {
+            Some(_) => vec![self.body_in_groove()?],
+            None if self.free => vec![BodyMotion {
+                pose: Isometry3::identity(),
+                twist: self.common.velocity,
+            }],
+            None => Vec::new(),
+        };
         Ok(HeavyStart {
-            bodies: bodies.collect::<Result<_>>()?,
+            bodies,
             rods: vec![rod],
             settled: self.settled,
-            following: self.rate.is_none(),
+            // A free rod without strain rates moves as it is.
+            following: self.rate.is_none() && !self.free,
         })
     }
 
@@ -363,15 +382,13 @@ impl HeavySpace {
 }
 
 /// Rotary inertia of the sections per length, about their centres along their directors, in units of the rod.
-fn rotary(rod: &Rod, scales: &Scales) -> Result<Matrix3<f64>> {
-    let rotary = rod.rotary_over_unit(scales)?.ok_or_else(|| {
-        Error::domain(
-            "rod.section_inertia is missing: a rod in space with mass turns its sections, and neither a shape nor an axial stiffness tells \
-             their inertia; write section_inertia = [1e-6, 1e-6, 2e-6] (mass per length times the squares of the radii of gyration)",
-        )
-    })?;
+/// `None` for slender sections, whose inertia nothing tells.
+fn rotary(rod: &Rod, scales: &Scales) -> Result<Option<Matrix3<f64>>> {
+    let Some(rotary) = rod.rotary_over_unit(scales)? else {
+        return Ok(None);
+    };
     if rotary.iter().all(|j| j.is_normal() && *j > 0.0) {
-        Ok(Matrix3::from_diagonal(&rotary))
+        Ok(Some(Matrix3::from_diagonal(&rotary)))
     } else {
         let given = rod.rotary_inertia()?.unwrap_or_default();
         Err(Error::domain(format!(

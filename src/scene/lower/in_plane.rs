@@ -6,7 +6,7 @@
 use crate::error::{Error, Result};
 use crate::rod::Rod;
 use crate::scene::{Diagonal, Rod as SceneRod, Section};
-use crate::section::Stiffness;
+use crate::section::{Stiffness, Varying};
 
 /// Stiffness out of the plane over the reference stiffness of the rod.
 const HELD: f64 = 1e6;
@@ -19,6 +19,15 @@ impl SceneRod {
     pub(in crate::scene) fn in_plane(&self, normal: usize) -> Result<Rod> {
         let free = self.unclamped()?;
         let held = HELD * free.reference_stiffness();
+        if let Some(profile) = self.varying_profile()? {
+            if !self.tendons.is_empty() {
+                return Err(Error::domain(
+                    "rod.tendon: tendons of a rod whose shape varies are for assemblies in space: leave out plane",
+                ));
+            }
+            let law = Varying::shaped(profile, self.rest.clone(), self.length)?;
+            return Rod::new(self.length, law.in_plane(normal, held));
+        }
         let law = match &self.section {
             Section::Diagonal(law) => law.clone(),
             Section::Barrier(_) => {
@@ -28,6 +37,11 @@ impl SceneRod {
             }
             _ => self.diagonal()?,
         };
+        if law.bending[normal] == Stiffness::Rigid {
+            return Err(Error::domain(format!(
+                "rod.section.bending[{normal}] = \"rigid\": in the plane the rod bends about this director alone: give it a number, or leave out plane"
+            )));
+        }
         let mut bending = law.bending;
         bending[1 - normal] = held.into();
         let section = Section::Diagonal(Diagonal {
@@ -52,19 +66,22 @@ impl SceneRod {
             ));
         }
         let rigid = law.is_rigid();
+        let stiffness = |i: usize| {
+            if rigid[i] {
+                Stiffness::Rigid
+            } else {
+                k[(i, i)].into()
+            }
+        };
         Ok(Diagonal {
-            bending: [k[(0, 0)].into(), k[(1, 1)].into()],
-            torsion: k[(2, 2)].into(),
-            shear: if rigid[0] {
+            bending: [stiffness(0), stiffness(1)],
+            torsion: stiffness(2),
+            shear: if rigid[3] {
                 Stiffness::Rigid
             } else {
                 Stiffness::Elastic([k[(3, 3)].into(), k[(4, 4)].into()])
             },
-            axial: if rigid[2] {
-                Stiffness::Rigid
-            } else {
-                Stiffness::Elastic(k[(5, 5)].into())
-            },
+            axial: stiffness(5),
         })
     }
 }

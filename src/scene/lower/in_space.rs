@@ -7,6 +7,7 @@ use super::rod::rotation;
 use crate::assembly::{self, Assembly, Attachment, Body, Link};
 use crate::body::{Frame, Groove, Mass, RigidBody, Support};
 use crate::error::{Error, Quantity, Result};
+use crate::full_mass::elements;
 use crate::math::se3::{halves, join};
 use crate::motion::viscoelastic::MOST_NODES;
 use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
@@ -88,8 +89,8 @@ impl SpaceStart {
             rod: Box::new(rod.clone()),
         };
         // With a groove the equilibrium is solved together with the body.
-        let settled = matches!(scene.start.place, InitialShape::Settled { .. })
-            && scene.body()?.groove.is_none();
+        let settled =
+            matches!(scene.start.place, InitialShape::Settled { .. }) && scene.groove().is_none();
         let at_start = scene.load_at_start()?;
         let under = |load: Option<&DistributedLoad>| -> Result<_> {
             let tolerance = equilibrium_tolerance(scene).max(SHAPE_TOLERANCE);
@@ -134,7 +135,7 @@ impl SpaceStart {
                 let omega = scales.outward(Quantity::AngularVelocity, omega);
                 let v = scales.outward(Quantity::Velocity, v);
                 let mut carried = vec![("velocity", v.as_slice())];
-                if matches!(plain.body.joint, Joint::Weld { .. }) {
+                if plain.body.as_ref().is_none_or(|body| body.joint.is_weld()) {
                     carried.push(("angular_velocity", omega.as_slice()));
                 }
                 (
@@ -155,7 +156,7 @@ impl SpaceStart {
             rod,
             load,
         };
-        if let Some(groove) = &plain.body.groove {
+        if let Some(groove) = plain.body.as_ref().and_then(|body| body.groove.as_ref()) {
             found.groove = Some(groove.curve()?.seen_from(&found.clamp(0.0).pose()));
         }
         Ok(found)
@@ -220,6 +221,10 @@ pub enum SpaceField {
         end: Isometry3<f64>,
     },
 }
+
+/// Mass of the body that stands for a free end, over that of its rod: the end bears loads, and its inertia is below
+/// the rounding of that of the rod.
+pub(super) const FREE_END: f64 = 1e-30;
 
 /// Tolerance of the integration along an equilibrium at the start.
 const SHAPE_TOLERANCE: f64 = 1e-13;
@@ -309,28 +314,29 @@ fn carried(
         None => inward.vector(v),
         Some(_) => Vector3::from(*v),
     };
-    match &plain.body.joint {
-        Joint::Ball => {
+    let body = match plain.body.as_ref().map(|body| &body.joint) {
+        Some(Joint::Ball) => {
             let body = point_mass(1.0, loads, |v| vector(&v), support.clone())?;
-            Ok(Mass::Point(body))
+            return Ok(Mass::Point(body));
         }
-        Joint::Weld {
+        Some(Joint::Weld {
             offset,
             inertia,
             rotor,
-        } => {
+        }) => {
             let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
-            let body = RigidBody::new(1.0, inertia)
+            RigidBody::new(1.0, inertia)
                 .map_err(|e| e.context("body.inertia, in units of mass length^2"))?
                 .with_centre((*offset).into())?
-                .with_rotor((*rotor).into())?;
-            let body = acting_on(body, loads, |v| vector(&v))?;
-            Ok(Mass::Rigid(match support {
-                None => body,
-                Some(support) => body.with_support(support),
-            }))
+                .with_rotor((*rotor).into())?
         }
-    }
+        None => RigidBody::new(FREE_END, Matrix3::from_diagonal_element(FREE_END))?,
+    };
+    let body = acting_on(body, loads, |v| vector(&v))?;
+    Ok(Mass::Rigid(match support {
+        None => body,
+        Some(support) => body.with_support(support),
+    }))
 }
 
 /// End condition of the equilibrium at the start; `None` if the start is given otherwise.
@@ -349,15 +355,16 @@ fn end(scene: &Scene) -> Result<Option<EndConditions>> {
             Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
         }),
         // With a groove the equilibrium is solved together with the body.
-        InitialShape::Settled { .. } if scene.body()?.groove.is_none() => Some(at_rest(scene)?),
+        InitialShape::Settled { .. } if scene.groove().is_none() => Some(at_rest(scene)?),
         _ => None,
     })
 }
 
 /// Loads at t = 0 on the end; they act at the centre of mass.
 fn at_rest(scene: &Scene) -> Result<EndConditions> {
-    let (body, loads) = (scene.body()?, &scene.loads);
-    let constant = Vector3::from(loads.gravity) * body.mass + Vector3::from(loads.dead);
+    let (body, loads) = (scene.body.as_ref(), &scene.loads);
+    let mass = body.map_or(0.0, |body| body.mass);
+    let constant = Vector3::from(loads.gravity) * mass + Vector3::from(loads.dead);
     let now = |constant: Vector3<f64>, parts: &[Force]| -> Result<_> {
         let parts = in_time("loads", parts, Vector3::from)?;
         Ok(parts
@@ -366,9 +373,9 @@ fn at_rest(scene: &Scene) -> Result<EndConditions> {
     };
     let force = now(constant, &loads.force)?;
     let couple = now(loads.couple.constant().into(), loads.couple.in_time())?;
-    let arm = match &body.joint {
-        Joint::Weld { offset, .. } => (*offset).into(),
-        Joint::Ball => Vector3::zeros(),
+    let arm = match body.map(|body| &body.joint) {
+        Some(Joint::Weld { offset, .. }) => (*offset).into(),
+        Some(Joint::Ball) | None => Vector3::zeros(),
     };
     Ok(EndConditions::weight(force, arm, couple))
 }
@@ -401,9 +408,8 @@ fn under_followers(
             link.with_distributed(load.mapped(|f| f * unit))?
         }
     };
-    let found = Assembly::new(vec![Body::rigid(body)], vec![link])?
-        .equilibrium(None, tolerance)
-        .map_err(|e| e.context("[start]"))?;
+    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link])?;
+    let found = elements::equilibrium(&assembly, tolerance).map_err(|e| e.context("[start]"))?;
     equilibrium_field(rod, load, rod.outward_wrench(&found.now.charts[0])).map(Some)
 }
 

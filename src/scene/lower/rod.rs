@@ -5,9 +5,9 @@ use crate::error::{Error, Result};
 use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Barrier, BarrierTerm, Component, Drive, Full, InitialShape, Loads, Orientation, Outline,
-    Parameter, Pull, Rod as SceneRod, Scene, Section, Tendon,
+    Parameter, Pull, Rod as SceneRod, RodLoad, Scene, Section, StrainName, Tendon,
 };
-use crate::section::{self, Driven, Linear, Material, Profile, Transverse, Varying};
+use crate::section::{self, Along, Driven, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 impl Scene {
@@ -25,7 +25,7 @@ impl Scene {
             ));
         }
         let rod = self.cosserat_rod()?;
-        let end = EndConditions {
+        let mut end = EndConditions {
             position: held.position.map(Component::held),
             orientation: held.orientation.as_ref().map(rotation),
             follower: held.follower,
@@ -33,6 +33,23 @@ impl Scene {
                 .map(|load| Vector3::from(load) * held.load),
             ..EndConditions::load(held.applied_force().into(), held.applied_couple().into())
         };
+        let on_end = self.rod.loads.iter().filter(|load| load.is_on_end());
+        for load in on_end {
+            if end.follower {
+                // Beside listed loads all loads along the directors have one place.
+                end.turning[0] += std::mem::take(&mut end.couple);
+                end.turning[1] += std::mem::take(&mut end.force);
+                end.follower = false;
+            }
+            let [force, couple] = load.applied();
+            if load.follows {
+                end.turning[0] += couple;
+                end.turning[1] += force;
+            } else {
+                end.couple += couple;
+                end.force += force;
+            }
+        }
         let problem = Problem::new(rod, end, equilibrium_tolerance(self))?;
         let problem = problem.with_path(self.solve.path);
         let problem = if self.is_loaded_along() {
@@ -40,22 +57,20 @@ impl Scene {
         } else {
             problem
         };
-        Ok(if self.is_followed_along() {
-            let load = self.loads.follower.on(self.rod.length)?;
-            problem.with_follower(&load.mapped(|f| f * self.loads.load))
-        } else {
-            problem
+        Ok(match self.followers()? {
+            Some(loads) => problem.with_followers(&loads),
+            None => problem,
         })
     }
 
     /// True for a rod in statics with a load along it that turns with the directors, including one that a branch
     /// varies from 0.
-    fn is_followed_along(&self) -> bool {
+    pub(in crate::scene) fn is_followed_along(&self) -> bool {
         !self.loads.follower.is_zero() || self.varies(Parameter::is_follower_along)
     }
 
     /// True if a branch varies a parameter of this kind.
-    fn varies(&self, kind: impl Fn(Parameter) -> bool) -> bool {
+    pub(in crate::scene) fn varies(&self, kind: impl Fn(Parameter) -> bool) -> bool {
         let branch = self.continuation.iter();
         let mut varied = branch.flat_map(|wanted| {
             let second = wanted.second.as_ref().map(|second| second.parameter);
@@ -64,7 +79,7 @@ impl Scene {
         varied.any(kind)
     }
 
-    /// Dead load along a rod: weight and distributed force, times their common factor.
+    /// Dead load along a rod: weight and distributed force, times their common factor, and the dead forces of the list.
     ///
     /// # Errors
     /// As [`LoadAlong::on`](crate::scene::LoadAlong::on).
@@ -75,10 +90,8 @@ impl Scene {
             load,
             ..
         } = &self.loads;
-        match distributed.with_weight(&self.rod, *gravity)? {
-            Some(whole) => Ok(whole.mapped(|f| f * *load)),
-            None => DistributedLoad::constant(Vector3::zeros()),
-        }
+        let whole = distributed.and_weight(&self.rod, *gravity)?;
+        whole.mapped(|f| f * *load).plus(&self.rod.dead_forces()?)
     }
 
     /// Dead load along a rod in motion, its weight included, in the world and the scene's units. `None` without a load,
@@ -128,9 +141,11 @@ impl Scene {
             load,
             ..
         } = &self.loads;
-        let dead = !matches!(distributed.with_weight(&self.rod, *gravity), Ok(None));
+        let whole = distributed.and_weight(&self.rod, *gravity);
+        let dead = whole.map_or(true, |load| !load.is_zero());
         let counts = *load != 0.0 || self.varies(Parameter::is_factor_along);
-        dead && counts || self.varies(Parameter::is_along)
+        let listed = self.rod.loads.iter().any(RodLoad::is_dead_force);
+        dead && counts || listed || self.varies(Parameter::is_along)
     }
 
     /// Initial guess of the base wrench from `[start]`, if any.
@@ -141,8 +156,8 @@ impl Scene {
     /// The rod of the scene, in the scene's units.
     ///
     /// # Errors
-    /// A planar scene; faults that [`Scene::parse`] cannot see from the numbers alone: flexure or twist held rigid, a
-    /// law without an unloaded state.
+    /// A planar scene; faults that [`Scene::parse`] cannot see from the numbers alone: a law without an unloaded
+    /// state.
     pub fn cosserat_rod(&self) -> Result<Rod> {
         let position = self.clamp.position.into();
         let rod = self.rod.unclamped()?;
@@ -151,7 +166,7 @@ impl Scene {
 }
 
 impl SceneRod {
-    fn profile(&self, outline: &Outline) -> Result<Profile> {
+    fn profile(&self, outline: &Outline) -> Result<Profile<Along>> {
         let given = self.material.map(|m| (m.young, m.poisson, m.shear));
         let (young, transverse) = match given {
             Some((young, _, Some(modulus))) => (young, Transverse::ShearModulus(modulus)),
@@ -163,7 +178,7 @@ impl SceneRod {
             }
         };
         Ok(Profile {
-            shape: outline.shape,
+            shape: outline.shape.clone(),
             material: Material { young, transverse },
             set: outline.set,
         })
@@ -208,18 +223,42 @@ impl SceneRod {
                 ),
             },
             Section::Full(law) => self.with_rest_strains(full(law)?),
-            Section::Profile(profile) => self.with_rest_strains(profile.law()?),
-            Section::Outline(outline) => self.with_rest_strains(self.profile(outline)?.law()?),
+            Section::Profile(profile) => self.shaped(profile.clone()),
+            Section::Outline(outline) => self.shaped(self.profile(outline)?),
             Section::Barrier(law) => self.barrier(law),
         }
     }
 
-    /// Linear section law of a matrix, or of a shape and a material.
+    /// Shape and material of a rod whose shape varies along it.
+    ///
+    /// # Errors
+    /// As [`Scene::cosserat_rod`].
+    pub(super) fn varying_profile(&self) -> Result<Option<Profile<Along>>> {
+        let profile = match &self.section {
+            Section::Profile(profile) => profile.clone(),
+            Section::Outline(outline) => self.profile(outline)?,
+            _ => return Ok(None),
+        };
+        Ok(Some(profile).filter(|profile| profile.shape.uniform().is_none()))
+    }
+
+    /// The rod of a shape and a material.
+    fn shaped(&self, profile: Profile<Along>) -> Result<Rod> {
+        match profile.shape.uniform() {
+            Some(_) => self.with_rest_strains(profile.at(0.0, self.length)?.law()?),
+            None => Rod::new(
+                self.length,
+                Varying::shaped(profile, self.rest.clone(), self.length)?,
+            ),
+        }
+    }
+
+    /// Linear section law of a matrix, or of a shape and a material, at the base.
     pub(super) fn linear(&self) -> Result<Linear> {
         match &self.section {
             Section::Full(law) => full(law),
-            Section::Profile(profile) => profile.law(),
-            Section::Outline(outline) => self.profile(outline)?.law(),
+            Section::Profile(profile) => profile.at(0.0, self.length)?.law(),
+            Section::Outline(outline) => self.profile(outline)?.at(0.0, self.length)?.law(),
             Section::Bending(_) | Section::Diagonal(_) | Section::Barrier(_) => Err(Error::domain(
                 "rod.section: not a matrix of stiffnesses, and not a shape",
             )),
@@ -260,20 +299,17 @@ pub(super) fn rotation(orientation: &Orientation) -> UnitQuaternion<f64> {
 
 fn full(law: &Full) -> Result<Linear> {
     let mut stiffness = Matrix6::from_fn(|i, j| law.stiffness[i][j]);
-    let mut marked = [false; 3];
-    for name in &law.rigid {
-        let i = *name as usize;
-        if i < 3 {
-            return Err(Error::domain(format!(
-                "rod.section.rigid = {:?}: flexure and twist cannot be rigid; only v1, v2, v3",
-                name.as_str()
-            )));
-        }
+    let marked = StrainName::ALL.map(|name| law.rigid.contains(&name));
+    let free = StrainName::ALL
+        .iter()
+        .filter(|name| !marked[**name as usize]);
+    let size = free.map(|name| stiffness[(*name as usize, *name as usize)]);
+    let size = size.fold(0.0, f64::max);
+    for i in (0..6).filter(|i| marked[*i]) {
         // Rows and columns of rigid strains have no effect; this keeps the matrix positive definite.
         stiffness.row_mut(i).fill(0.0);
         stiffness.column_mut(i).fill(0.0);
-        stiffness[(i, i)] = stiffness[(0, 0)];
-        marked[i - 3] = true;
+        stiffness[(i, i)] = size;
     }
-    Linear::full(stiffness)?.rigid(marked)
+    Linear::full(stiffness)?.holding(marked)
 }

@@ -4,6 +4,7 @@ use super::branch::continuation;
 use super::ends::{direction, inertia, orientation};
 use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
 use super::groove::groove;
+use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::{load, loads, spread};
 use super::plane::lies_in_plane;
 use super::ranges::MOMENT;
@@ -134,6 +135,19 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         free,
         bodies,
     };
+    for listed in load_list(top, &bearers(&given, motion))? {
+        match listed {
+            Listed::Rod { rod, load } => given.rods[rod].rod.loads.push(load),
+            Listed::Body {
+                body,
+                force,
+                couple,
+            } => {
+                given.bodies[body].force.extend(force);
+                given.bodies[body].couple.extend(couple);
+            }
+        }
+    }
     if motion {
         given.fill_massless();
     }
@@ -185,6 +199,21 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     }
     scene.choose_inertia();
     can_be_built(top, &rod_tables?, &scene).then_some(scene)
+}
+
+/// Bodies and rods that loads may act on.
+fn bearers(given: &AssemblyScene, motion: bool) -> Bearers<'_> {
+    let bodies = given.bodies.iter();
+    let rods = given.rods.iter();
+    Bearers {
+        bodies: bodies.clone().map(|body| body.name.as_str()).collect(),
+        rigid: bodies.map(|body| body.extent.is_some()).collect(),
+        rods: rods
+            .map(|rod| BearingRod::new(&rod.name, &rod.rod))
+            .collect(),
+        held: false,
+        motion,
+    }
 }
 
 /// The tables of an array that must not be empty.
@@ -477,7 +506,7 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
         );
     }
     if table.has("distributed") {
-        let hint = "a rod with a free end bears nothing along it: put a small body at its end";
+        let hint = "a rod with a free end bears nothing along it: put a small body at its end; at rest a [[body]] with a name alone is enough";
         let allowed = "left out where `to` is \"free\"";
         return table.refuse(kind, "distributed", allowed, hint);
     }

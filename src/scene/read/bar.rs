@@ -57,6 +57,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         damping: None,
         drive: None,
         tendons: Vec::new(),
+        loads: Vec::new(),
         relaxation: Vec::new(),
         nodes: None,
         contact_diameter: None,

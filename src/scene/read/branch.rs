@@ -89,6 +89,12 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
 
 /// The path with indices of bodies and rods in place of their names: `body[0].force.z` for `body.crown.force.z`.
 fn numbered(path: &str, scene: &Scene) -> String {
+    if let Some((k, field)) = path
+        .strip_prefix("load.")
+        .and_then(|rest| rest.split_once('.'))
+    {
+        return format!("load[{k}].{field}");
+    }
     let (Some(assembly), Some((list, rest))) = (scene.assembly(), path.split_once('.')) else {
         return path.to_owned();
     };

@@ -12,11 +12,15 @@ use crate::scene::{
     Body, Clamp, ClampMotion, Component, End, FaultKind, History, Joint, Orientation, Rotation,
     Scene, Sine, Translation, Turn,
 };
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use std::f64::consts::PI;
 use toml::Spanned;
 use toml::de::DeValue;
 
 /// Tolerance of the norm of a quaternion about 1: numbers rounded to 7 digits are accepted.
 const UNIT: f64 = 1e-6;
+/// Sine of the angle between tangent and normal up to which they count as parallel.
+const PARALLEL: f64 = 1e-6;
 /// Relative width around |r| = L within which a position counts as on the circle: the rounding of the norm.
 pub(super) const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
 
@@ -31,11 +35,12 @@ pub(super) fn clamp(table: &Table) -> Option<Clamp> {
             .map(|angle| Some(Orientation::Angle(angle))),
         _ => orientation(table),
     };
-    let motion = motion(table);
+    let (motion, free) = (motion(table), table.flag("free"));
     Some(Clamp {
         position: position?,
         orientation: orientation?.unwrap_or_default(),
         motion: motion?,
+        free: free?,
     })
 }
 
@@ -292,7 +297,10 @@ pub(super) fn inertia(
     is_of_a_body(reader, field, value, &inertia).then_some(inertia)
 }
 
-/// Reads a quaternion, or a rotation, or neither.
+/// The fields that say an orientation.
+pub(super) const ORIENTATION: [&str; 4] = ["quaternion", "rotation", "tangent", "normal"];
+
+/// Reads a quaternion, or a rotation, or a tangent with or without a normal, or nothing.
 pub(super) fn orientation(table: &Table) -> Option<Option<Orientation>> {
     let quaternion = table.maybe("quaternion", |field, value| {
         quaternion(table.reader, field, value)
@@ -304,8 +312,50 @@ pub(super) fn orientation(table: &Table) -> Option<Option<Orientation>> {
         table.conflict("rotation", &["quaternion"], "keep one of them");
         return None;
     }
+    let others = table.given(&ORIENTATION[..2]);
+    for name in table.given(&ORIENTATION[2..]) {
+        table.conflict(name, &others, "keep one way to say the orientation");
+    }
+    if !others.is_empty() && !table.given(&ORIENTATION[2..]).is_empty() {
+        return None;
+    }
+    let by_tangent = by_tangent(table);
     let by_rotation = rotation?.map(Orientation::Rotation);
-    Some(quaternion?.map(Orientation::Quaternion).or(by_rotation))
+    let given = quaternion?.map(Orientation::Quaternion).or(by_rotation);
+    Some(given.or(by_tangent?.map(Orientation::Quaternion)))
+}
+
+/// Reads the directors by `tangent`, d3, and `normal`, d1.
+fn by_tangent(table: &Table) -> Option<Option<[f64; 4]>> {
+    if !table.has("tangent") {
+        if table.has("normal") {
+            let allowed = "the direction of the rod, with normal";
+            table.missing("tangent", allowed, "tangent = [0.0, 0.0, 1.0]");
+            return None;
+        }
+        return Some(None);
+    }
+    let normal = table.has("normal").then(|| direction(table, "normal"));
+    let along = direction(table, "tangent");
+    let tangent = Vector3::from(unit(along?));
+    let turn = match normal {
+        Some(normal) => {
+            let normal = Vector3::from(unit(normal?));
+            let across = normal - tangent * tangent.dot(&normal);
+            if !(across.norm() > PARALLEL) {
+                let allowed = "a direction that is not along tangent";
+                let hint = "d1 is the part of it perpendicular to tangent";
+                return table.refuse(FaultKind::Value, "normal", allowed, hint);
+            }
+            let first = across.normalize();
+            let frame = Matrix3::from_columns(&[first, tangent.cross(&first), tangent]);
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(frame))
+        }
+        None => UnitQuaternion::rotation_between(&Vector3::z(), &tangent)
+            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), PI)),
+    };
+    let q = turn.into_inner().normalize();
+    Some(Some([q.w, q.i, q.j, q.k]))
 }
 
 fn quaternion(reader: &Reader, field: &str, value: &Spanned<DeValue>) -> Option<[f64; 4]> {
@@ -419,7 +469,8 @@ type GivenPose = (Option<[Component; 3]>, Option<Option<Orientation>>);
 
 /// Reads position and orientation from one table; both are required.
 fn pose<'a>(table: &Table<'a>, value: &'a Spanned<DeValue<'a>>) -> Option<GivenPose> {
-    let outside = table.given(&["position", "quaternion", "rotation"]);
+    let [a, b, c, d] = ORIENTATION;
+    let outside = table.given(&["position", a, b, c, d]);
     for name in &outside {
         table.conflict(name, &["pose"], "write it once, inside or outside of pose");
     }
@@ -430,7 +481,7 @@ fn pose<'a>(table: &Table<'a>, value: &'a Spanned<DeValue<'a>>) -> Option<GivenP
     let orientation = orientation(&pose);
     if orientation == Some(None) {
         let (allowed, example) = (
-            "a unit quaternion [w, x, y, z]; or rotation",
+            "a unit quaternion [w, x, y, z]; or rotation, or tangent",
             "quaternion = [1.0, 0.0, 0.0, 0.0]",
         );
         pose.missing("quaternion", allowed, example);

@@ -38,7 +38,7 @@ pub(super) static TOP: Spec = Spec {
         field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]."),
         field("plane", ASSEMBLY, Vector(&VALUE), "", No, "Normal of a plane in which bodies and rods stay, at rest: bodies move in the plane and turn about its normal, rods bend about it, a ball joint is a hinge, and the index counts what the plane allows. Without it the assembly is in space."),
         field("clamp", ONE, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
-        field("body", MOTION, Table(&BODY), "", Yes("mass = 1.0"), "The body at the end of the rod, s = length, in a scene of motion."),
+        field("body", MOTION, Table(&BODY), "", No, "The body at the end of the rod, s = length, in a scene of motion. May be left out where the rod has inertia = \"full\": its end is then free, and bears the loads of the body."),
         field("body", ASSEMBLY, Array(&Table(&BODY)), "", No, "The bodies of an assembly, each a table [[body]]; no rod is attached to a body that is not listed. May be left out at rest, and in a motion of rods with inertia = \"full\"."),
         field("body", BAR, Table(&BODY), "", No, "A heavy mass at the end X = length of a bar, which is then free to move."),
         field("end", STATICS, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
@@ -47,9 +47,10 @@ pub(super) static TOP: Spec = Spec {
         field("start", ASSEMBLY, Table(&START), "", No, "Where the bodies of a motion start: without it settled, at the equilibrium under the loads; what nothing holds settles where inertia = \"full\", as it falls."),
         field("start", BAR, Table(&START), "", No, "Uniform stretch and velocity of a bar at the start; without it, at rest and unstretched."),
         field("loads", BAR, Table(&LOADS), "", No, "What acts on the end X = length of a bar."),
-        field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod."),
+        field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod; without a body, on the end of the rod."),
         field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
         field("loads", STATICS, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
+        field("load", ANY, Array(&Table(&LISTED)), "", No, "Loads on ends, bodies, places and parts of rods, each a table [[load]], at most 100; beside those of the other tables."),
         field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
@@ -65,6 +66,8 @@ pub(super) static TOP: Spec = Spec {
     ],
 };
 
+const TANGENT: &str = "Direction of the rod, d3, of any length, in place of quaternion and rotation. Without normal the directors turn the shortest way from the axes (from z to -z about y).";
+const NORMAL: &str = "Direction of d1, with tangent: of any length, made perpendicular to tangent.";
 const RATES: &str =
     "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 
@@ -82,7 +85,7 @@ pub(super) static ROD: Spec = Spec {
         field("model", BAR, Word(&["bar"]), "", Yes("model = \"bar\""),
             "A bar with mass in longitudinal motion, with waves and shocks. \"elastica\" and \"cosserat\" are rods that bend and have no mass."),
         field("length", PLANE | BAR, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
-        field("length", IN_SPACE, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
+        field("length", IN_SPACE, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod. It may be left out where rest.helix or rest.arc says it."),
         field("bending_stiffness", PLANE, Number(&SIZE), "N m²", Yes("bending_stiffness = 1.0"),
             "Bending stiffness EI, or material and section in its place; with Maxwell branches that of the rod after a long time."),
         field("bending_stiffness", ASSEMBLY, Number(&SIZE), "N m²", No, "Bending stiffness EI of model = \"elastica\", in place of a section."),
@@ -107,7 +110,7 @@ pub(super) static ROD: Spec = Spec {
             "What the mass of the rod does: nothing but weigh (\"none\"); all of it (\"full\": kinetic energy, weight, vibrations and waves of its own, docs/mass.md); or its kinetic energy and weight while the rod stays on its equilibria (\"first-order\": an elastic rod; the error is of the order of (rod mass / body mass)^2 on smooth motion). Without it \"first-order\" for an elastic rod of less than 0.1 of the body's mass where that can be followed, which the run says; else \"none\"."),
         field("inertia", ASSEMBLY, Word(&["none", "full", "first-order"]), "", No,
             "What the mass of the rod does in a motion: nothing but weigh, all of it, or to first order, as that of one rod; \"full\" for all rods or none. Without it \"first-order\" for a rod of less than 0.1 of the mass of each body that it holds, where that can be followed; else \"none\"."),
-        field("section_inertia", SPACE | ASSEMBLY, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
+        field("section_inertia", SPACE | ASSEMBLY, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness; without either as if the radius of gyration were length/1e6, so that the rod bends as a slender one."),
         field("distributed", ASSEMBLY, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world, beside its weight: constant, a polynomial in s/length, or a table in s. Not of a rod between two ball joints, or with a free end."),
         field("mass", STATICS, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); the run of an elastic rod, or of one with all of its mass, stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
@@ -145,6 +148,8 @@ pub(super) static SITE: Spec = spec("site", &[
     field("position", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Place of the attachment: in the frame of the body, or in the world."),
     field("quaternion", ASSEMBLY, Numbers(4), "", No, "Directors of the attachment in the same frame, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
     field("rotation", ASSEMBLY, Table(&ROTATION), "", No, "Directors of the attachment, by axis and angle."),
+    field("tangent", ASSEMBLY, Vector(&VALUE), "", No, TANGENT),
+    field("normal", ASSEMBLY, Vector(&VALUE), "", No, NORMAL),
     field("joint", ASSEMBLY, Word(&["weld", "ball", "hinge", "universal", "slider", "roller"]), "", Or("\"weld\""), "What holds the rod's end there. \"weld\": its directors turn with the attachment. \"ball\": it is free to turn. \"hinge\": it turns about `axis` alone. \"universal\": about `axis`, which stays with the attachment, and about `second_axis`, which stays with the rod; with the normal of a plane and d1 this is a fork, which bends freely and holds the twist. \"slider\": it slides along `axis` without a turn. \"roller\": it slides along `axis` and is free to turn. A point mass turns nothing: a rod that ends on one needs no joint and is free to turn, whatever is the default elsewhere. Between two ball joints it is a spring along its chord, and spins about it freely, which its own mass alone feels."),
     field("axis", ASSEMBLY, Vector(&VALUE), "", No, "Free axis of a hinge, first axis of a universal joint, direction of a slider or roller: along the directors of the attachment, not 0, of any length."),
     field("second_axis", ASSEMBLY, Vector(&VALUE), "", No, "Second axis of a universal joint, across the first: along the directors of the attachment where the joint is not turned."),
@@ -172,17 +177,22 @@ pub(super) static OUTLINE: Spec = spec("section", &[
 ]);
 #[rustfmt::skip]
 pub(super) static CIRCLE: Spec = spec("circle", &[
-    field("diameter", ANY, Number(&SIZE), "m", Yes("diameter = 0.001"), "Diameter."),
+    field("diameter", PLANE, Number(&SIZE), "m", Yes("diameter = 0.001"), "Diameter."),
+    field("diameter", IN_SPACE, SIZED, "m", Yes("diameter = 0.001"), "Diameter; it may vary along the rod."),
 ]);
 #[rustfmt::skip]
 pub(super) static TUBE: Spec = spec("tube", &[
-    field("diameter", ANY, Number(&SIZE), "m", Yes("diameter = 0.002"), "Outer diameter."),
-    field("thickness", ANY, Number(&SIZE), "m", Yes("thickness = 0.0002"), "Thickness of the wall, less than half the diameter."),
+    field("diameter", PLANE, Number(&SIZE), "m", Yes("diameter = 0.002"), "Outer diameter."),
+    field("thickness", PLANE, Number(&SIZE), "m", Yes("thickness = 0.0002"), "Thickness of the wall, less than half the diameter."),
+    field("diameter", IN_SPACE, SIZED, "m", Yes("diameter = 0.002"), "Outer diameter; it may vary along the rod."),
+    field("thickness", IN_SPACE, SIZED, "m", Yes("thickness = 0.0002"), "Thickness of the wall, less than half the diameter; it may vary along the rod."),
 ]);
 #[rustfmt::skip]
 pub(super) static RECTANGLE: Spec = spec("rectangle", &[
-    field("width", ANY, Number(&SIZE), "m", Yes("width = 0.02"), "Side along d1. Bending about d1, stiffness bending[0] = E width thickness³/12, is that of a strip that lies flat."),
-    field("thickness", ANY, Number(&SIZE), "m", Yes("thickness = 0.0005"), "Side along d2; bending about d2 has the stiffness bending[1] = E thickness width³/12."),
+    field("width", PLANE, Number(&SIZE), "m", Yes("width = 0.02"), "Side along d1. Bending about d1, stiffness bending[0] = E width thickness³/12, is that of a strip that lies flat."),
+    field("thickness", PLANE, Number(&SIZE), "m", Yes("thickness = 0.0005"), "Side along d2; bending about d2 has the stiffness bending[1] = E thickness width³/12."),
+    field("width", IN_SPACE, SIZED, "m", Yes("width = 0.02"), "Side along d1; it may vary along the rod. Bending about d1, stiffness bending[0] = E width thickness³/12, is that of a strip that lies flat."),
+    field("thickness", IN_SPACE, SIZED, "m", Yes("thickness = 0.0005"), "Side along d2; it may vary along the rod. Bending about d2 has the stiffness bending[1] = E thickness width³/12."),
 ]);
 
 /// The fields of each kind of section are neighbours: KINDS in section.rs refers to index ranges.
@@ -190,35 +200,37 @@ pub(super) static RECTANGLE: Spec = spec("rectangle", &[
 pub(super) static SECTION: Spec = spec("rod.section", &[
     field("law", IN_SPACE, Word(&["linear", "barrier"]), "", Or("\"linear\""), "The law: linear, or with an energy that is infinite at total compression (AMV (2.7))."),
     field("barrier", IN_SPACE, Table(&BARRIER), "", No, "The barrier of law = \"barrier\"."),
-    field("bending", IN_SPACE, Array(&VARIES), "N m²", Yes("bending = [1.0, 1.0]"), "Two stiffnesses: couple per flexure about d1 and about d2. Each number may vary along the rod."),
-    field("torsion", IN_SPACE, VARIES, "N m²", Yes("torsion = 0.7"), "Couple per twist."),
+    field("bending", IN_SPACE, Array(&HELD), "N m²", Yes("bending = [1.0, 1.0]"), "Two stiffnesses: couple per flexure about d1 and about d2. Each number may vary along the rod. One may be \"rigid\": the rod bends about the other director alone."),
+    field("torsion", IN_SPACE, HELD, "N m²", Yes("torsion = 0.7"), "Couple per twist; or \"rigid\": it does not twist."),
     field("shear", IN_SPACE, OneOf(&[Word(&["rigid"]), Array(&VARIES)]), "N", Or("\"rigid\""), "Two stiffnesses: force per shear along d1 and along d2; or \"rigid\": unshearable."),
     field("axial", IN_SPACE, OneOf(&[Word(&["rigid"]), VARIES]), "N", Or("\"rigid\""), "Force per stretch; or \"rigid\": inextensible."),
-    field("shape", IN_SPACE, Word(&["circle", "rectangle", "tube"]), "", Yes("shape = \"circle\""), "The shape of the cross-section, with its sizes, young and poisson; or circle, tube or rectangle with rod.material."),
-    field("radius", IN_SPACE, Number(&SIZE), "m", No, "Radius of a circle; or diameter."),
-    field("diameter", IN_SPACE, Number(&SIZE), "m", No, "Diameter of a circle."),
-    field("width", IN_SPACE, Number(&SIZE), "m", Yes("width = 0.01"), "Side of a rectangle along d1."),
-    field("height", IN_SPACE, Number(&SIZE), "m", Yes("height = 0.01"), "Side of a rectangle along d2."),
-    field("outer_radius", IN_SPACE, Number(&SIZE), "m", No, "Outer radius of a tube; or outer_diameter."),
-    field("outer_diameter", IN_SPACE, Number(&SIZE), "m", No, "Outer diameter of a tube."),
-    field("thickness", IN_SPACE, Number(&SIZE), "m", Yes("thickness = 0.001"), "Thickness of the wall of a tube, less than its outer radius."),
+    field("shape", IN_SPACE, Word(&["circle", "rectangle", "tube"]), "", Yes("shape = \"circle\""), "The shape of the cross-section, with its sizes, young and poisson; or circle, tube or rectangle with rod.material. Each size may vary along the rod: stiffnesses follow by their formulas, the mass the area."),
+    field("radius", IN_SPACE, SIZED, "m", No, "Radius of a circle; or diameter."),
+    field("diameter", IN_SPACE, SIZED, "m", No, "Diameter of a circle."),
+    field("width", IN_SPACE, SIZED, "m", Yes("width = 0.01"), "Side of a rectangle along d1."),
+    field("height", IN_SPACE, SIZED, "m", Yes("height = 0.01"), "Side of a rectangle along d2."),
+    field("outer_radius", IN_SPACE, SIZED, "m", No, "Outer radius of a tube; or outer_diameter."),
+    field("outer_diameter", IN_SPACE, SIZED, "m", No, "Outer diameter of a tube."),
+    field("thickness", IN_SPACE, SIZED, "m", Yes("thickness = 0.001"), "Thickness of the wall of a tube, less than its outer radius."),
     field("young", IN_SPACE, Number(&STIFFNESS), "Pa", Yes("young = 2.1e11"), "Young's modulus of a shape."),
     field("shear_modulus", IN_SPACE, Number(&STIFFNESS), "Pa", No, "Shear modulus of a shape; or poisson."),
     field("poisson", IN_SPACE, Number(&POISSON), "", No, "Poisson's ratio of a shape."),
     field("shear_factor", IN_SPACE, Number(&SHEAR_FACTOR), "", No, "Shear stiffness over G times area; without it that of the shape (Cowper)."),
     field("torsion_constant", IN_SPACE, Number(&STIFFNESS), "m⁴", No, "Torsional stiffness over G; without it St Venant's constant of the shape."),
+    field("rigid", IN_SPACE, Array(&Word(&["u1", "u2", "u3", "v1", "v2", "v3"])), "", Or("[]"), "Strains held at their rest values, at most one of u1 and u2. Of a matrix any, of a shape u1, u2, u3 (shear and axial have words of their own)."),
     field("stiffness", IN_SPACE, Rows(6), "", Yes("stiffness = [[1.0, 0.0, ...], ...]"), "The whole law: six rows of six stiffnesses, in the order u1 u2 u3 v1 v2 v3 (flexure, flexure, twist, shear, shear, stretch)."),
-    field("rigid", IN_SPACE, Array(&Word(&["v1", "v2", "v3"])), "", Or("[]"), "Strains that the matrix holds at their rest values."),
     field("circle", IN_SPACE, Table(&CIRCLE), "", No, "A solid circle of rod.material."),
     field("tube", IN_SPACE, Table(&TUBE), "", No, "A round tube of rod.material."),
     field("rectangle", IN_SPACE, Table(&RECTANGLE), "", No, "A solid rectangle of rod.material."),
 ]);
+const HELD: Form = OneOf(&[Word(&["rigid"]), Number(&STIFFNESS), Table(&ALONG)]);
 const VARIES: Form = OneOf(&[Number(&STIFFNESS), Table(&ALONG)]);
+const SIZED: Form = OneOf(&[Number(&SIZE), Table(&ALONG)]);
 const BENT: Form = OneOf(&[Number(&VALUE), Table(&ALONG)]);
 
 #[rustfmt::skip]
 pub(super) static ALONG: Spec = spec("along", &[
-    field("s", IN_SPACE, List, "m", Yes("s = [0.0, 1.0]"), "Arclengths that grow from 0 to the length of the rod; linear in between."),
+    field("s", IN_SPACE, List, "m", Yes("s = [0.0, 1.0]"), "Arclengths that grow from 0 to the length of the rod; linear in between. One that stands twice is a jump."),
     field("values", IN_SPACE, List, "", Yes("values = [1.0, 0.5]"), "The value at each of s."),
     field("polynomial", IN_SPACE, List, "", No, "c0, c1, ... (1 to 16) of c0 + c1 x + ..., x = s / length, in place of s and values."),
 ]);
@@ -231,6 +243,21 @@ pub(super) static BARRIER: Spec = spec("barrier", &[
 pub(super) static REST_STRAINS: Spec = spec("rod.rest", &[
     field("curvature", IN_SPACE, Array(&BENT), "1/m", Or("[0.0, 0.0]"), "Flexures of the unloaded rod about d1 and d2."),
     field("twist", IN_SPACE, BENT, "rad/m", Or("0.0"), "Twist of the unloaded rod."),
+    field("helix", IN_SPACE, Table(&COIL), "", No, "A helix, in place of curvature and twist. d1 points to its axis."),
+    field("arc", IN_SPACE, Table(&ARC), "", No, "An arc of a circle, in place of curvature and twist: two of radius, angle and the length of the rod. d1 points to its centre."),
+]);
+#[rustfmt::skip]
+pub(super) static COIL: Spec = spec("rod.rest.helix", &[
+    field("radius", IN_SPACE, Number(&SIZE), "m", Yes("radius = 0.02"), "Radius of the centreline."),
+    field("pitch", IN_SPACE, Number(&VALUE), "m", Yes("pitch = 0.05"), "Rise along the axis in a turn; negative of a left-handed helix."),
+    field("turns", IN_SPACE, Number(&SIZE), "", No, "Turns, from which the length of the rod follows; or the length."),
+    field("left", IN_SPACE, Flag, "", Or("false"), "true: a left-handed helix of positive pitch."),
+]);
+#[rustfmt::skip]
+pub(super) static ARC: Spec = spec("rod.rest.arc", &[
+    field("radius", IN_SPACE, Number(&SIZE), "m", No, "Radius of the centreline."),
+    field("angle", IN_SPACE, Number(&VALUE), "rad", No, "Angle between the tangents of both ends, not 0; negative bends away from d1."),
+    field("angle_degrees", IN_SPACE, Number(&VALUE), "degree", No, "That angle in degrees."),
 ]);
 #[rustfmt::skip]
 pub(super) static DRIVE: Spec = spec("rod.drive", &[
@@ -287,7 +314,10 @@ pub(super) static CLAMP: Spec = spec("clamp", &[
     field("angle", PLANE, Number(&VALUE), "rad", Or("0.0"), "Angle of the rod's tangent at the base from +x towards +y."),
     field("quaternion", ONE_IN_SPACE, Numbers(4), "", No, "Orientation of the directors at the base, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
     field("rotation", ONE_IN_SPACE, Table(&ROTATION), "", No, "Orientation of the directors at the base, by axis and angle."),
+    field("tangent", ONE_IN_SPACE, Vector(&VALUE), "", No, TANGENT),
+    field("normal", ONE_IN_SPACE, Vector(&VALUE), "", No, NORMAL),
     field("motion", MOTION, Table(&CLAMP_MOTION), "", No, "How the clamp moves."),
+    field("free", ONE, Flag, "", Or("false"), "True: nothing holds the base, and the rod flies. Position and orientation are those of the base at the start, start.velocity and start.angular_velocity those of the base. In space, with inertia = \"full\"."),
 ]);
 #[rustfmt::skip]
 pub(super) static ROTATION: Spec = spec("rotation", &[
@@ -371,6 +401,8 @@ pub(super) static END: Spec = spec("end", &[
     field("position", STATICS, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", No, "Where the end is held, three components, each a number or \"free\"; without it, all free."),
     field("quaternion", STATICS, Numbers(4), "", No, "Orientation at which the end is held, a unit quaternion [w, x, y, z]; or rotation; without both, free."),
     field("rotation", STATICS, Table(&ROTATION), "", No, "Orientation at which the end is held, by axis and angle."),
+    field("tangent", STATICS, Vector(&VALUE), "", No, TANGENT),
+    field("normal", STATICS, Vector(&VALUE), "", No, NORMAL),
     field("pose", STATICS, Table(&POSE), "", No, "Position and orientation in one table."),
 ]);
 #[rustfmt::skip]
@@ -378,6 +410,8 @@ pub(super) static POSE: Spec = spec("pose", &[
     field("position", ONE_IN_SPACE, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", Yes("position = [0.5, 0.0, 0.5]"), "Position of the end."),
     field("quaternion", ONE_IN_SPACE, Numbers(4), "", No, "Orientation of its directors, a unit quaternion [w, x, y, z]; or rotation."),
     field("rotation", ONE_IN_SPACE, Table(&ROTATION), "", No, "Orientation of its directors, by axis and angle."),
+    field("tangent", ONE_IN_SPACE, Vector(&VALUE), "", No, TANGENT),
+    field("normal", ONE_IN_SPACE, Vector(&VALUE), "", No, NORMAL),
 ]);
 
 #[rustfmt::skip]
@@ -471,6 +505,21 @@ pub(super) static DISTRIBUTED: Spec = spec("distributed", &[
     field("table", IN_SPACE, Rows(4), "m, N/m", No, "Rows [s, fx, fy, fz], s growing from 0 to the length of the rod, 2 to 500; linear in between."),
     field("polynomial", ANY, Array(&Vector(&VALUE)), "N/m", No, "Vectors c0, c1, ... (1 to 16) of c0 + c1 x + ..., x = s / length, in place of a table."),
 ]);
+#[rustfmt::skip]
+pub(super) static LISTED: Spec = spec("load", &[
+    field("on", ONE, Word(&["end"]), "", No, "\"end\": the load acts on the end of the rod, in a motion on the body there (a force at its centre of mass). Or s, or from and to."),
+    field("on", ASSEMBLY, Name, "", No, "The name of the body that the load acts on, a force at its centre of mass. Or rod with s, or with from and to."),
+    field("rod", ASSEMBLY, Name, "", No, "The name of the rod that the load acts on, held at both ends."),
+    field("s", ANY, Number(&VALUE), "m", No, "The load acts at this arclength of the unloaded rod, inside the rod. In a motion of elastic rods alone."),
+    field("from", ANY, Number(&VALUE), "m", No, "The load acts along the rod from this arclength; force and couple are then per length."),
+    field("to", ANY, Number(&VALUE), "m", No, "Arclength at which a load along the rod ends."),
+    field("force", STATICS, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force, in the world, or along the directors where `follows` is true."),
+    field("force", RUNS, LOAD, "N", Or("[0.0, 0.0, 0.0]"), "Force, in the world, or along the directors where `follows` is true; on a body it may be in time, as body.force of an assembly."),
+    field("couple", STATICS, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise."),
+    field("couple", SPACE | ASSEMBLY, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise; on a body with inertia."),
+    field("follows", IN_SPACE, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors. On a rod in statics of one rod alone."),
+    field("factor", ANY, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple on a rod, for branches: load.0.factor."),
+]);
 const LOAD: Form = OneOf(&[Vector(&VALUE), Table(&FORCE), Array(&Table(&FORCE))]);
 #[rustfmt::skip]
 pub(super) static FORCE: Spec = spec("loads.force", &[
@@ -483,6 +532,8 @@ pub(super) static FORCE: Spec = spec("loads.force", &[
     field("phase", DRIVEN, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
     field("ramp", DRIVEN, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
     field("pulse", DRIVEN, Table(&PULSE), "", No, "A pulse, in place of a sine."),
+    field("file", RUNS, Name, "", No, "Name of a file with rows of times and components, in place of a direction and a size; linear in between and constant outside. It counts from the directory of the scene's file."),
+    field("columns", RUNS, Array(&Name), "", Or("[\"t\", \"x\", \"y\", \"z\"]"), "Names of the columns of `file`: of the time, then of the components along the axes of the world, or of the body where `follower` is true. Without a line of names the columns stand in this order."),
     field("block", BAR, Table(&BLOCK), "", No, "A constant force for a while, with jumps, in place of a sine."),
     field("table", DRIVEN, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
 ]);

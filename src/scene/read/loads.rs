@@ -2,6 +2,7 @@
 
 use super::ends::{check_increasing, direction, sine};
 use super::fields::{ASSEMBLY, BLOCK, DISTRIBUTED, FORCE, PLANE, PULSE, RAMP, SPACE, STATICS};
+use super::load_file::from_file;
 use super::phrases::Short;
 use super::ranges::{FINITE, VALUE};
 use super::reader::Reader;
@@ -214,23 +215,41 @@ fn in_time<'a>(
     weld: Option<bool>,
 ) -> Option<Vec<Force>> {
     let DeValue::Array(array) = value.get_ref() else {
-        return Some(vec![force(reader, field, value, allowed, weld)?]);
+        return forces_of(reader, field, value, allowed, weld);
     };
-    let read = |(i, value)| force(reader, &format!("{field}[{i}]"), value, allowed, weld);
-    let forces: Vec<Option<Force>> = array.iter().enumerate().map(read).collect();
-    forces.into_iter().collect()
+    let read = |(i, value)| forces_of(reader, &format!("{field}[{i}]"), value, allowed, weld);
+    let forces: Vec<Option<Vec<Force>>> = array.iter().enumerate().map(read).collect();
+    let forces: Option<Vec<Vec<Force>>> = forces.into_iter().collect();
+    forces.map(|forces| forces.into_iter().flatten().collect())
 }
 
-fn force<'a>(
+fn forces_of<'a>(
     reader: &'a Reader<'a>,
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
     allowed: &str,
     weld: Option<bool>,
-) -> Option<Force> {
+) -> Option<Vec<Force>> {
     let table = reader.table(field, value, &FORCE, allowed)?;
-    let direction = direction(&table, "direction");
-    let size = size(&table);
+    let own = if table.has("file") {
+        let strangers = [
+            "direction",
+            "constant",
+            "amplitude",
+            "frequency",
+            "phase",
+            "ramp",
+            "pulse",
+            "table",
+        ];
+        if let Some(stranger) = table.given(&strangers).into_iter().next() {
+            table.conflict(stranger, &["file"], "the file has all components and times");
+            return None;
+        }
+        None
+    } else {
+        Some((direction(&table, "direction"), size(&table)))
+    };
     let follower = match reader.kind.get() {
         PLANE => Some(false),
         _ => table.flag("follower"),
@@ -245,11 +264,14 @@ fn force<'a>(
             hint,
         );
     }
-    Some(Force {
+    let Some((direction, size)) = own else {
+        return from_file(&table, follower?);
+    };
+    Some(vec![Force {
         direction: direction?,
         size: size?,
         follower: follower?,
-    })
+    }])
 }
 
 pub(super) fn size(table: &Table) -> Option<History> {

@@ -174,6 +174,15 @@ pub(super) fn lies_in_plane(
             }
         }
         let load = rod.distributed.on(rod.rod.length);
+        for listed in rod.rod.loads.iter().filter(|load| across(load.force)) {
+            refuse(
+                table.reader,
+                table.at,
+                format!("load[{}].force", listed.number),
+                in_plane,
+                "plane is the normal of the plane".to_owned(),
+            );
+        }
         let beside = |f: &Vector3<f64>| {
             if across((*f).into()) {
                 *f

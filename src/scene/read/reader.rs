@@ -11,6 +11,7 @@ use super::table::Table;
 use crate::scene::{Fault, FaultKind, Faults};
 use std::cell::{Cell, RefCell};
 use std::ops::Range;
+use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -58,6 +59,11 @@ impl<'a> Reader<'a> {
             slips: RefCell::default(),
             more: Cell::new(0),
         }
+    }
+
+    /// Path of a file that the text names.
+    pub fn beside(&self, file: &str) -> PathBuf {
+        self.text.beside(file)
     }
 
     pub fn into_faults(self) -> Faults {

@@ -2,6 +2,7 @@
 
 use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST_STRAINS, SECTION, STATICS};
 use super::friction::{self, needs_damping};
+use super::rest_shape::rest_shape;
 use super::section::{drive, outline, rest, rest_inside_barrier, section};
 use super::table::Table;
 use super::tendon::tendons;
@@ -90,6 +91,7 @@ impl RodParts {
             rest: self.rest.clone()?,
             drive: self.drive.clone()?,
             tendons: self.tendons.clone()?,
+            loads: Vec::new(),
             damping: None,
             relaxation: Vec::new(),
             nodes: None,
@@ -122,7 +124,19 @@ pub(super) fn rod(table: &Table) -> RodParts {
     };
     let bare = kind == ASSEMBLY && model == Some(Model::Elastica);
     let model = if bare { Some(Model::Cosserat) } else { model };
-    let length = table.number("length");
+    let given = table.has("length").then(|| table.number("length"));
+    let unloaded = (table.has("rest") && !planar).then(|| table.inner("rest", &REST_STRAINS));
+    let shape = match &unloaded {
+        Some(Some(inner)) => rest_shape(table, inner, given.flatten()),
+        _ => Some(None),
+    };
+    let length = match (given, &shape) {
+        (Some(length), _) => length,
+        (None, Some(Some(shape))) => Some(shape.length),
+        (None, Some(None)) => table.number("length"),
+        // The shape has a fault of its own.
+        (None, None) => None,
+    };
     let material = material(table);
     let (bends, section) = if planar {
         (
@@ -139,17 +153,19 @@ pub(super) fn rod(table: &Table) -> RodParts {
         }
         (Some(Bends::Weak), spatial_section(table, length, material))
     };
-    let rest = if table.has("rest") && !planar {
-        table.inner("rest", &REST_STRAINS).and_then(|inner| {
-            let rest = rest(&inner, length)?;
+    let rest = match unloaded {
+        Some(inner) => inner.and_then(|inner| {
+            let rest = match shape? {
+                Some(shape) => shape.rest,
+                None => rest(&inner, length)?,
+            };
             let known = section.as_ref().zip(length);
             let inside = known.is_none_or(|(section, length)| {
                 rest_inside_barrier(&inner, section, &rest, length)
             });
             inside.then_some(rest)
-        })
-    } else {
-        Some(Rest::default())
+        }),
+        None => Some(Rest::default()),
     };
     let drive = if kind == STATICS {
         drive(table, length, section.as_ref())
@@ -192,7 +208,7 @@ pub(super) fn rod(table: &Table) -> RodParts {
         _ => (
             table.optional("mass"),
             inertia(table, section.as_ref(), material),
-            section_inertia(table),
+            section_inertia(table, section.as_ref()),
         ),
     };
     RodParts {
@@ -274,6 +290,15 @@ fn inertia(
             if RodTraits::of(rod).damped {
                 return refuse("inertia", "\"none\" or \"full\"", hint);
             }
+            let shape = section.and_then(Section::shape);
+            if shape.is_some_and(|shape| shape.uniform().is_none()) {
+                let hint = "the correction to first order is for rods of one shape: write inertia = \"full\", or leave it out";
+                return refuse(
+                    "inertia",
+                    "\"none\" or \"full\" where the shape varies",
+                    hint,
+                );
+            }
         }
         Inertia::Full => {}
     }
@@ -294,9 +319,20 @@ fn inertia(
     Some(Some(inertia))
 }
 
-fn section_inertia(rod: &Table) -> Option<Option<[f64; 3]>> {
+fn section_inertia(rod: &Table, section: Option<&Section>) -> Option<Option<[f64; 3]>> {
     if rod.reader.kind.get() == PLANE {
         return Some(None);
+    }
+    let shape = section.and_then(Section::shape);
+    if rod.has("section_inertia") && shape.is_some_and(|shape| shape.uniform().is_none()) {
+        let hint = "it follows from the shape, as the mass does";
+        let allowed = "left out where the shape varies along the rod";
+        return rod.refuse(
+            FaultKind::Conflict,
+            "section_inertia",
+            allowed,
+            hint.to_owned(),
+        );
     }
     let reader = rod.reader;
     rod.maybe("section_inertia", |field, value| {
@@ -392,7 +428,7 @@ fn planar_section(rod: &Table) -> Option<Section> {
         rod.missing("section", "the shape of the cross-section", example);
         return None;
     }
-    let shape = outline(&rod.inner("section", &OUTLINE)?)?;
+    let shape = outline(&rod.inner("section", &OUTLINE)?, None)?;
     let set = ShapeSettings::default();
     given("material").then_some(Section::Outline(Outline { shape, set }))
 }

@@ -38,7 +38,13 @@ pub(super) fn site(
         }
     };
     if let Some(value) = rod.get(which).filter(|value| value.get_ref().is_str()) {
-        let hint = "the ground is `{ position = [0.0, 0.0, 0.0] }`, a body `{ body = \"m\" }`";
+        let free = which == "from" && value.get_ref().as_str() == Some("free");
+        let hint = if free {
+            "a rod that nothing holds begins on a [[body]] of mass 0: its guess is the place at the start (scenes/flying_beam.toml); one \
+             rod alone has [clamp] with free = true"
+        } else {
+            "the ground is `{ position = [0.0, 0.0, 0.0] }`, a body `{ body = \"m\" }`"
+        };
         return rod
             .reader
             .refuse(FaultKind::Value, &rod.field(which), value, allowed, hint);

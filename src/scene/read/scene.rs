@@ -9,6 +9,7 @@ use super::fields::{
     STATICS, Spec, TOP,
 };
 use super::kind::scene_kind;
+use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::loads;
 use super::reader::Reader;
 use super::rod::{RodTraits, rod};
@@ -17,7 +18,7 @@ use super::sources::Sources;
 use super::start::{Known, start};
 use super::table::{Absent, Table};
 use crate::scene::lower::heavy_in_space;
-use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, SceneKind, Solve, Start, Units};
+use crate::scene::{Clamp, End, FaultKind, Faults, Loads, Scene, SceneKind, Solve, Start, Units};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -58,12 +59,41 @@ fn resolve(top: &Table) -> Option<Scene> {
     let rod = parts.and_then(|parts| parts.rod());
     let length = rod.as_ref().map(|rod| rod.length);
     let massless = rod.as_ref().is_some_and(|rod| rod.mass().is_none());
-    let clamp = default(part(top, &CLAMP), Clamp::default(), clamp);
-    let body_table = part(top, &BODY).flatten();
-    let (weld, body) = match &body_table {
-        Some(table) => body(table),
-        None => (None, None),
+    let clamp_table = part(top, &CLAMP);
+    let clamp = match &clamp_table {
+        None => None,
+        Some(None) => Some(Clamp::default()),
+        Some(Some(table)) => clamp(table),
     };
+    let clamp_table = clamp_table.flatten();
+    let body_table = part(top, &BODY);
+    let body_is_read = body_table.is_some();
+    let body_table = body_table.flatten();
+    let (weld, body) = match &body_table {
+        Some(table) => {
+            let (weld, body) = body(table);
+            (weld, body.map(Some))
+        }
+        None if !body_is_read => (None, None),
+        None if !motion => (None, Some(None)),
+        // A free end turns, but for that of a rod in the plane.
+        None if memory.is_some_and(|memory| memory.heavy) => (Some(kind == SPACE), Some(None)),
+        None => {
+            missing_body(top, kind);
+            (None, None)
+        }
+    };
+    let at_start = top
+        .get("start")
+        .and_then(|table| table.get_ref().as_table());
+    let settled = at_start.is_some_and(|start| start.contains_key("settled"));
+    let free = clamp_table.filter(|_| clamp.as_ref().is_some_and(|clamp| clamp.free));
+    let flies = free.is_none_or(|table| {
+        let moved = table.has("motion");
+        let heavy = memory.is_some_and(|memory| memory.heavy);
+        let grooved = body_table.as_ref().is_some_and(|body| body.has("groove"));
+        may_fly(&table, kind, heavy, (moved, grooved, settled))
+    });
     let grooved = body_table.filter(|table| table.has("groove"));
     if let Some(table) = grooved {
         let refuse = |allowed: &str, hint: &str| {
@@ -96,26 +126,44 @@ fn resolve(top: &Table) -> Option<Scene> {
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
         loads(table, weld, massless, length)
     });
+    let bearers = Bearers {
+        bodies: Vec::new(),
+        rods: rod.iter().map(|rod| BearingRod::new("", rod)).collect(),
+        rigid: weld.into_iter().collect(),
+        held: end.as_ref().is_some_and(|end: &End| !end.is_loaded()),
+        motion,
+    };
+    let listed = load_list(top, &bearers);
     let run = part(top, &RUN)
         .flatten()
         .and_then(|table| run(&table, memory));
     let solve = default(part(top, &SOLVE), Solve::default(), solve);
     let whole = || {
+        let (mut rod, mut loads) = (rod?, loads?);
+        for listed in listed? {
+            match listed {
+                Listed::Rod { load, .. } => rod.loads.push(load),
+                Listed::Body { force, couple, .. } => {
+                    loads.force.extend(force);
+                    loads.couple.extend(couple);
+                }
+            }
+        }
         Some(Scene {
             units: units?,
-            rod: rod?,
+            rod,
             clamp: clamp?,
-            body: Some(body).filter(|body| body.is_some() == motion)?,
+            body: body?,
             end: Some(end).filter(|end| end.is_some() != motion)?,
             start: start?,
-            loads: loads?,
+            loads,
             run: Some(run).filter(|run| run.is_some() == motion)?,
             solve: solve?,
             continuation: None,
             kind: SceneKind::Rod,
         })
     };
-    let scene = whole().filter(|scene| motion || in_reach(top, scene));
+    let scene = whole().filter(|scene| flies && (motion || in_reach(top, scene)));
     let follow = default(part(top, &CONTINUE), None, |table| {
         continuation(table, scene.as_ref()).map(Some)
     });
@@ -162,6 +210,68 @@ pub(super) fn part<'a>(top: &Table<'a>, spec: &'static Spec) -> Option<Option<Ta
         }
         (None, _) => Some(None),
     }
+}
+
+/// True if a rod may have a free base; otherwise reports the fault. The clamp moves, the body slides in a groove, the
+/// start is settled, as told.
+fn may_fly(
+    clamp: &Table,
+    kind: Kinds,
+    heavy: bool,
+    (moved, grooved, settled): (bool, bool, bool),
+) -> bool {
+    let (allowed, hint) = if kind == STATICS {
+        (
+            "false at rest",
+            "what nothing holds rests anywhere, or nowhere: hold the base; a rod with mass, inertia = \"full\" and [run] flies",
+        )
+    } else if !heavy {
+        (
+            "false but with inertia = \"full\" in [rod]",
+            "what flies has a mass: write `mass = 0.1` and `inertia = \"full\"` in [rod]",
+        )
+    } else if kind == PLANE {
+        (
+            "false where rod.model = \"elastica\"",
+            "rods fly in space: write model = \"cosserat\" with [rod.section], and a motion that starts in a plane stays there",
+        )
+    } else if moved {
+        (
+            "false where the clamp moves",
+            "leave out clamp.motion: a free base moves by itself",
+        )
+    } else if grooved {
+        (
+            "false where the body slides in a groove",
+            "write the rod as an assembly, [[rod]] and [[body]]",
+        )
+    } else if settled {
+        (
+            "false where the start is settled",
+            "what nothing holds settles nowhere: write rest = \"straight\", or strains, in [start]",
+        )
+    } else {
+        return true;
+    };
+    clamp.fault(FaultKind::Conflict, "free", allowed, hint);
+    false
+}
+
+/// Reports a motion without a body, of a rod that needs one.
+fn missing_body(top: &Table, kind: Kinds) {
+    let names: Vec<&str> = BODY.names(kind).collect();
+    let allowed = format!("a table with {}", names.join(", "));
+    let hint = "add `[body]` with a line such as `mass = 1.0`; a rod alone moves by its own mass: write `mass = 0.1` and \
+                `inertia = \"full\"` in [rod]"
+        .to_owned();
+    top.reader.record(
+        FaultKind::Missing,
+        top.at,
+        "body",
+        None,
+        allowed,
+        Some(hint),
+    );
 }
 
 /// Reads an optional table; `absent` if left out.

@@ -1,15 +1,15 @@
 //! Readers of `[rod.section]` and `[rod.rest]`.
 
-use super::fields::{BARRIER, CIRCLE, DRIVE, Kinds, RECTANGLE, SECTION, TUBE};
+use super::fields::{BARRIER, CIRCLE, DRIVE, Kinds, PLANE, RECTANGLE, SECTION, TUBE};
 use super::matrix::{definite, rows};
 use super::phrases::Short;
 use super::ranges::{SIZE, STIFFNESS, VALUE};
 use super::reader::Reader;
 use super::table::{Absent, Alternative, MissingField, Table};
-use super::varying::{ALONG_WORDS, along};
+use super::varying::{ALONG_WORDS, SIZE_WORDS, along};
 use crate::scene::{
-    Barrier, BarrierTerm, Diagonal, Drive, FaultKind, Full, Outline, Profile, Rest, Rigid, Section,
-    Shape, ShapeSettings, Stiffness, StrainName, Transverse,
+    Along, Barrier, BarrierTerm, Diagonal, Drive, FaultKind, Full, Outline, Profile, Rest, Rigid,
+    Section, Shape, ShapeSettings, Stiffness, StrainName, Transverse,
 };
 use crate::section::{Material, RestDrive};
 use std::ops::Range;
@@ -20,7 +20,7 @@ use toml::de::DeValue;
 /// [`SECTION`].
 const KINDS: [(&str, Range<usize>); 4] = [
     ("stiffness", 19..21),
-    ("shape", 4..19),
+    ("shape", 4..20),
     ("law", 0..6),
     ("bending", 2..6),
 ];
@@ -29,7 +29,7 @@ const KINDS: [(&str, Range<usize>); 4] = [
 pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
     let given = |name: &str| table.has(name);
     if !table.given(&OUTLINES).is_empty() {
-        return with_outline(table).map(Section::Outline);
+        return with_outline(table, length).map(Section::Outline);
     }
     let fields: Vec<&'static str> = SECTION.names(Kinds::MAX).collect();
     // Without an identifying field the kind with most fields given is assumed; the identifying field is then reported
@@ -67,7 +67,7 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
     }
     let section = match *kind {
         "stiffness" => full(table).map(Section::Full),
-        "shape" => profile(table).map(Section::Profile),
+        "shape" => profile(table, length).map(Section::Profile),
         "law" => law(table, length),
         _ => diagonal(table, length).map(Section::Diagonal),
     };
@@ -77,9 +77,29 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
 fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
     let reader = table.reader;
     let number = |field: &str, value| along(reader, field, value, &STIFFNESS, length);
-    let pair = |field: &str, value| reader.array(field, value, PAIR, &number);
-    let bending = table.read("bending", PAIR, Absent::Fault, pair);
-    let torsion = table.read("torsion", ALONG_WORDS, Absent::Fault, number);
+    let or_rigid = |field: &str, value, allowed: &str| match rigid(reader, field, value, allowed)? {
+        Some(Rigid::Rigid) => Some(Stiffness::Rigid),
+        None => number(field, value).map(Stiffness::Elastic),
+    };
+    let bending = table.read("bending", PAIR, Absent::Fault, |field, value| {
+        let each = |field: &str, value| or_rigid(field, value, "\"rigid\" or a stiffness > 0");
+        let pair = reader.array(field, value, PAIR, &each)?;
+        if pair == [Stiffness::Rigid, Stiffness::Rigid] {
+            let hint = "a rod bends about d1 or about d2; give one of them a number";
+            let allowed = "two stiffnesses, at most one of them \"rigid\"";
+            return reader.refuse(
+                FaultKind::Value,
+                field,
+                value,
+                allowed,
+                Some(hint.to_owned()),
+            );
+        }
+        Some(pair)
+    });
+    let torsion = table.read("torsion", ALONG_WORDS, Absent::Fault, |field, value| {
+        or_rigid(field, value, "\"rigid\" or a stiffness > 0")
+    });
     let shear = table.read("shear", "", Absent::Or(Stiffness::Rigid), |field, value| {
         let allowed = "\"rigid\" or an array of two stiffnesses > 0, along d1 and d2";
         match rigid(reader, field, value, allowed)? {
@@ -89,15 +109,9 @@ fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
                 .map(Stiffness::Elastic),
         }
     });
-    let axial = table.read(
-        "axial",
-        "",
-        Absent::Or(Stiffness::Rigid),
-        |field, value| match rigid(reader, field, value, "\"rigid\" or a stiffness > 0")? {
-            Some(Rigid::Rigid) => Some(Stiffness::Rigid),
-            None => number(field, value).map(Stiffness::Elastic),
-        },
-    );
+    let axial = table.read("axial", "", Absent::Or(Stiffness::Rigid), |field, value| {
+        or_rigid(field, value, "\"rigid\" or a stiffness > 0")
+    });
     Some(Diagonal {
         bending: bending?,
         torsion: torsion?,
@@ -106,7 +120,28 @@ fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
     })
 }
 
-const PAIR: &str = "an array of two stiffnesses > 0, about d1 and d2";
+const PAIR: &str = "an array of two stiffnesses > 0, about d1 and d2; one may be \"rigid\"";
+
+/// Reads `rigid`, names of some of these strains; at most one of them a flexure.
+fn rigid_strains(table: &Table, names: &[StrainName]) -> Option<Vec<StrainName>> {
+    let reader = table.reader;
+    let words: Vec<_> = names.iter().map(|name| (name.as_str(), *name)).collect();
+    let list: Vec<_> = words.iter().map(|(word, _)| *word).collect();
+    let one = format!("one of {}", list.join(", "));
+    let allowed = format!("an array of some of {}", list.join(", "));
+    table.read("rigid", &allowed, Absent::Or(Vec::new()), |field, value| {
+        let name = |field: &str, value: &_| reader.choice(field, value, &words, &one);
+        let mut names = reader.all(field, value, &allowed, &name)?;
+        names.sort();
+        names.dedup();
+        if names.starts_with(&[StrainName::U1, StrainName::U2]) {
+            let hint = "a rod bends about d1 or about d2".to_owned();
+            let allowed = "names with at most one of u1 and u2";
+            return reader.refuse(FaultKind::Value, field, value, allowed, Some(hint));
+        }
+        Some(names)
+    })
+}
 
 /// Reads the word "rigid"; `Some(None)` if the value is no string.
 fn rigid(
@@ -126,24 +161,7 @@ fn rigid(
 
 fn full(table: &Table) -> Option<Full> {
     let reader = table.reader;
-    let words = StrainName::ALL.map(|name| (name.as_str(), name));
-    let allowed = "an array of some of \"v1\", \"v2\", \"v3\"";
-    let rigid = table.read("rigid", allowed, Absent::Or(Vec::new()), |field, value| {
-        let name = |field: &str, value: &_| {
-            reader.choice(field, value, &words, "one of u1, u2, u3, v1, v2, v3")
-        };
-        let mut names = reader.all(field, value, allowed, &name)?;
-        names.sort();
-        names.dedup();
-        if let Some(held) = names.iter().find(|name| **name < StrainName::V1) {
-            let hint = format!(
-                "flexure and twist cannot be rigid, as {:?} is here",
-                held.as_str()
-            );
-            return reader.refuse(FaultKind::Value, field, value, allowed, hint);
-        }
-        Some(names)
-    });
+    let rigid = rigid_strains(table, &StrainName::ALL);
     let allowed = "six rows of six numbers, in the order u1 u2 u3 v1 v2 v3";
     let stiffness = table.read("stiffness", allowed, Absent::Fault, |field, value| {
         let row_words = "an array of six finite numbers, in the order u1 u2 u3 v1 v2 v3";
@@ -248,7 +266,7 @@ pub(super) fn half_widths(table: &Table) -> Option<[f64; 2]> {
 pub(super) const OUTLINES: [&str; 3] = ["circle", "tube", "rectangle"];
 
 /// Reads the shape of a rod with `rod.material`.
-pub(super) fn outline(table: &Table) -> Option<Shape> {
+pub(super) fn outline(table: &Table, length: Option<f64>) -> Option<Shape<Along>> {
     let given = table.given(&OUTLINES);
     let [name] = given.as_slice() else {
         match given.as_slice() {
@@ -282,16 +300,18 @@ pub(super) fn outline(table: &Table) -> Option<Shape> {
     let sizes = table
         .reader
         .table(&table.field(name), table.get(name)?, spec, allowed)?;
+    let size = |name| size(&sizes, name, length);
     match *name {
         "circle" => Some(Shape::Circle {
-            radius: 0.5 * sizes.number("diameter")?,
+            radius: size("diameter")?.times(0.5),
         }),
         "tube" => {
-            let (diameter, thickness) = (sizes.number("diameter"), sizes.number("thickness"));
-            tube(&sizes, diameter.map(|diameter| 0.5 * diameter), thickness)
+            let (diameter, thickness) = (size("diameter"), size("thickness"));
+            let radius = diameter.map(|diameter| diameter.times(0.5));
+            tube(&sizes, radius, thickness, length)
         }
         _ => {
-            let (width, thickness) = (sizes.number("width"), sizes.number("thickness"));
+            let (width, thickness) = (size("width"), size("thickness"));
             Some(Shape::Rectangle {
                 width: width?,
                 height: thickness?,
@@ -300,15 +320,31 @@ pub(super) fn outline(table: &Table) -> Option<Shape> {
     }
 }
 
-fn with_outline(table: &Table) -> Option<Outline> {
+/// Reads a size of a shape: a number, or in space its variation along the rod.
+fn size(table: &Table, name: &'static str, length: Option<f64>) -> Option<Along> {
+    if table.reader.kind.get() == PLANE {
+        return table.number(name).map(Along::from);
+    }
+    table.read(name, SIZE_WORDS, Absent::Fault, |field, value| {
+        along(table.reader, field, value, &SIZE, length)
+    })
+}
+
+fn with_outline(table: &Table, length: Option<f64>) -> Option<Outline> {
     let strangers: Vec<&str> = SECTION
         .names(Kinds::MAX)
         .filter(|name| {
-            let own = ["shear", "axial", "shear_factor", "torsion_constant"];
+            let own = [
+                "shear",
+                "axial",
+                "shear_factor",
+                "torsion_constant",
+                "rigid",
+            ];
             !own.contains(name) && !OUTLINES.contains(name) && table.get(name).is_some()
         })
         .collect();
-    let shape = outline(table);
+    let shape = outline(table, length);
     for stranger in &strangers {
         let hint = "the stiffnesses follow from the shape and rod.material";
         table.conflict(stranger, &table.given(&OUTLINES), hint);
@@ -325,7 +361,10 @@ fn settings(table: &Table) -> Option<ShapeSettings> {
     let shear_factor = table.optional("shear_factor");
     let torsion_constant = table.optional("torsion_constant");
     let (shear, axial) = (held(table, "shear"), held(table, "axial"));
+    let bent = [StrainName::U1, StrainName::U2, StrainName::U3];
+    let rigid = rigid_strains(table, &bent)?;
     Some(ShapeSettings {
+        held: bent.map(|name| rigid.contains(&name)),
         shear_factor: shear_factor?,
         torsion_constant: torsion_constant?,
         shear: shear?,
@@ -342,11 +381,11 @@ fn held(table: &Table, name: &str) -> Option<Option<Rigid>> {
     })
 }
 
-fn profile(table: &Table) -> Option<Profile> {
+fn profile(table: &Table, length: Option<f64>) -> Option<Profile<Along>> {
     let young = table.number("young");
     let transverse = transverse(table);
     let set = settings(table);
-    let shape = shape(table);
+    let shape = shape(table, length);
     let (young, transverse) = (young?, transverse?);
     Some(Profile {
         shape: shape?,
@@ -376,7 +415,7 @@ fn transverse(table: &Table) -> Option<Transverse> {
     )
 }
 
-fn shape(table: &Table) -> Option<Shape> {
+fn shape(table: &Table, length: Option<f64>) -> Option<Shape<Along>> {
     #[derive(Clone)]
     enum Word {
         Circle,
@@ -413,40 +452,75 @@ fn shape(table: &Table) -> Option<Shape> {
         table.conflict(other, &["shape"], &hint);
     }
     let shape = match word {
-        Word::Circle => radius(table, "radius", "diameter").map(|radius| Shape::Circle { radius }),
+        Word::Circle => {
+            radius(table, ["radius", "diameter"], length).map(|radius| Shape::Circle { radius })
+        }
         Word::Rectangle => {
-            let width = table.number("width");
-            let height = table.number("height");
+            let width = size(table, "width", length);
+            let height = size(table, "height", length);
             width
                 .zip(height)
                 .map(|(width, height)| Shape::Rectangle { width, height })
         }
         Word::Tube => {
-            let radius = radius(table, "outer_radius", "outer_diameter");
-            tube(table, radius, table.number("thickness"))
+            let radius = radius(table, ["outer_radius", "outer_diameter"], length);
+            tube(table, radius, size(table, "thickness", length), length)
         }
     };
     shape.filter(|_| others.is_empty())
 }
 
-/// A tube; a fault unless the wall is thinner than the outer radius.
-fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Option<Shape> {
+/// A tube; a fault unless the wall is thinner than the outer radius all along the rod.
+fn tube(
+    table: &Table,
+    outer_radius: Option<Along>,
+    thickness: Option<Along>,
+    length: Option<f64>,
+) -> Option<Shape<Along>> {
     let (outer_radius, thickness) = (outer_radius?, thickness?);
-    if thickness < outer_radius {
+    // Without a length, a fault of its own, only numbers can be compared.
+    let length = length.unwrap_or(1.0);
+    let even = (0..=64).map(|i| length * f64::from(i) / 64.0);
+    let nodes = [&outer_radius, &thickness]
+        .into_iter()
+        .flat_map(|size| size.nodes());
+    let thick = even.chain(nodes.copied()).find_map(|s| {
+        let (outer, wall) = (
+            outer_radius.at(s, length).ok()?,
+            thickness.at(s, length).ok()?,
+        );
+        (!(wall < outer)).then_some((s, outer))
+    });
+    let Some((s, outer)) = thick else {
         return Some(Shape::Tube {
             outer_radius,
             thickness,
         });
-    }
-    let allowed = format!("less than the outer radius, {}", Short(outer_radius));
+    };
+    let varies = outer_radius.constant().is_none() || thickness.constant().is_none();
+    let place = if varies {
+        format!(" at s = {}", Short(s))
+    } else {
+        String::new()
+    };
+    let allowed = format!("less than the outer radius, {}{place}", Short(outer));
     let hint = "a tube without a hole is a circle";
     table.refuse(FaultKind::Value, "thickness", allowed, hint)
 }
 
 /// Reads a radius, or half a diameter.
-fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option<f64> {
-    let by_radius = table.optional(radius);
-    let by_diameter = table.optional(diameter);
+fn radius(
+    table: &Table,
+    [radius, diameter]: [&'static str; 2],
+    length: Option<f64>,
+) -> Option<Along> {
+    let size = |name: &'static str| {
+        table.maybe(name, |field, value| {
+            along(table.reader, field, value, &SIZE, length)
+        })
+    };
+    let by_radius = size(radius);
+    let by_diameter = size(diameter);
     table.either(
         Alternative {
             name: radius,
@@ -454,7 +528,7 @@ fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option
         },
         Alternative {
             name: diameter,
-            value: by_diameter.map(|x| x.map(|diameter| 0.5 * diameter)),
+            value: by_diameter.map(|x| x.map(|diameter| diameter.times(0.5))),
         },
         "keep one of them",
         &MissingField {

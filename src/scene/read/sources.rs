@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
@@ -12,6 +13,8 @@ pub(in crate::scene) struct Sources {
     lines: Vec<usize>,
     /// First byte of each override; the document ends before the first of them.
     overrides: Vec<usize>,
+    /// Directory from which the names of files count.
+    directory: PathBuf,
 }
 
 /// Place of a byte.
@@ -48,7 +51,19 @@ impl Sources {
             whole,
             lines,
             overrides,
+            directory: PathBuf::new(),
         }
+    }
+
+    /// This text as that of a file in `directory`.
+    pub fn in_directory(mut self, directory: &Path) -> Self {
+        self.directory = directory.to_owned();
+        self
+    }
+
+    /// Path of a file that the text names.
+    pub fn beside(&self, file: &str) -> PathBuf {
+        self.directory.join(file)
     }
 
     fn end(&self) -> usize {

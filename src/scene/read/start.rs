@@ -1,6 +1,6 @@
 //! Reader of `[start]`.
 
-use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
+use super::ends::{ON_CIRCLE, ORIENTATION, REACH, norm, orientation, too_far};
 use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, SHEET, STATICS, STRAIN, Spec};
 use super::friction::needs_damping;
 use super::phrases::Short;
@@ -428,12 +428,13 @@ fn pose<'a>(
     let orientation = orientation(&table)?;
     match (known.weld, orientation) {
         (Some(true), None) => {
-            let allowed = "a unit quaternion [w, x, y, z], or rotation, where the body is welded";
+            let allowed =
+                "a unit quaternion [w, x, y, z], or rotation, or tangent, where the body is welded";
             table.missing("quaternion", allowed, "quaternion = [1.0, 0.0, 0.0, 0.0]");
             return None;
         }
         (Some(false), Some(_)) => {
-            for name in ["quaternion", "rotation"] {
+            for name in table.given(&ORIENTATION) {
                 let hint = "an end that is free to turn is where it is, whichever way it points";
                 let allowed = "left out where the joint is a ball";
                 table.fault(FaultKind::Conflict, name, allowed, hint);

@@ -17,6 +17,10 @@ const COEFFICIENTS: usize = 16;
 pub(super) const ALONG_WORDS: &str = "a number > 0, or a table such as { s = [0.0, 1.0], values = [1.0, 0.5] } or \
                            { polynomial = [1.0, -0.5] }";
 
+/// Forms accepted by [`along`] for sizes of a section.
+pub(super) const SIZE_WORDS: &str = "a number > 0, or a table such as { s = [0.0, 1.0], values = [0.02, 0.01] } or \
+                           { polynomial = [0.02, -0.01] }";
+
 /// Relative difference of numbers meant to be equal that counts as rounding.
 pub(super) const ROUNDING: f64 = 1e-12;
 
@@ -83,13 +87,18 @@ pub(super) fn polynomial(
 
 fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
     let reader = table.reader;
-    let s_words = "an array of arclengths that grow from 0 to the length of the rod, at least two";
+    let s_words = "an array of arclengths that grow from 0 to the length of the rod, at least two; one that stands twice is a jump";
     let s = table.read("s", s_words, Absent::Fault, |field, value| {
         let mut s = reader.numbers(field, value, s_words, &VALUE)?;
-        let grows = s.len() >= 2 && s.windows(2).all(|pair| pair[0] < pair[1]);
+        // A place that stands twice is a jump, inside the rod.
+        let grows = s.len() >= 2
+            && s.windows(2).all(|pair| pair[0] <= pair[1])
+            && s.windows(3).all(|three| three[0] < three[2])
+            && s[0] < s[1]
+            && s[s.len() - 2] < s[s.len() - 1];
         let wrong = match (s.first().copied(), s.last().copied(), length) {
             (Some(first), Some(last), _) if !grows || first != 0.0 => Some(format!(
-                "it has {} elements, from {} to {}; a jump is a short ramp",
+                "it has {} elements, from {} to {}; a jump, s twice, lies inside the rod",
                 s.len(),
                 Short(first),
                 Short(last)

@@ -34,7 +34,7 @@ enum Rest {
     Settled,
     /// The start if in equilibrium, stable or not; otherwise the settled state.
     StartOrSettled,
-    /// The start: unloaded rods of a free assembly.
+    /// The start: unloaded rods of a free assembly, or of a rod that nothing holds.
     Unloaded,
 }
 
@@ -65,6 +65,7 @@ pub(super) fn of_rod(scene: &Scene) -> Result<(SmallMotions, bool)> {
     still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;
     let rest = match still.start.place {
+        _ if scene.clamp.free => Rest::Unloaded,
         InitialShape::Settled { .. } => Rest::Settled,
         _ => Rest::StartOrSettled,
     };
@@ -241,8 +242,9 @@ fn rests(found: &Found) -> Result<()> {
         Ok(())
     } else {
         Err(Error::domain(
-            "nothing holds the bodies, and the loads strain the unloaded rods, so that these are no equilibrium to have small motions about: leave \
-         rest = \"straight\" out, and the equilibrium under the loads is looked for; or leave out loads other than gravity",
+            "nothing holds the rods, and the loads strain them as they are at the start, so that this is no equilibrium to have small motions about: \
+             leave out loads other than gravity, and start from unloaded rods; in an assembly leave rest = \"straight\" out, and the equilibrium \
+             under the loads is looked for",
         ))
     }
 }

@@ -70,8 +70,11 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
         "the mass is not known: neither mass nor a material with a density",
     );
     let floats = scene.loads.gravity == [0.0; 3];
-    let bare =
-        |rod: &AssemblyRod| rod.distributed.is_zero() && (floats || rod.rod.mass().is_none());
+    let bare = |rod: &AssemblyRod| {
+        rod.distributed.is_zero()
+            && rod.rod.loads.is_empty()
+            && (floats || rod.rod.mass().is_none())
+    };
     plan.leave_out_of(
         some(&bare).into_iter(),
         |names| format!("loads along {names}"),

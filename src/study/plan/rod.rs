@@ -123,7 +123,8 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
             );
         }
     }
-    if scene.body()?.joint == Joint::Ball && in_space {
+    let body = scene.body.as_ref();
+    if body.is_some_and(|body| body.joint == Joint::Ball) && in_space {
         plan.leave_out(
             "rotation of the body",
             "body.joint is a ball joint, which transmits no couple: the body is a point mass",

@@ -50,6 +50,7 @@ impl AssemblyModel {
                     } else {
                         Solid::of(body)
                     },
+                    is_end: false,
                 })
                 .collect(),
             rods: rods

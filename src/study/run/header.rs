@@ -47,6 +47,8 @@ pub struct RunBody {
     pub name: String,
     /// The body as figures show it.
     pub solid: Solid,
+    /// True for a free end, where no body is.
+    pub is_end: bool,
 }
 
 /// A rod of a run.

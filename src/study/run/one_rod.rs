@@ -24,6 +24,8 @@ pub(super) struct OneRod {
     massive: Option<RodOfKnownMass>,
     /// True if Maxwell branches carry couples of their own, so that no elastic sheet is the rod's.
     relaxes: bool,
+    /// True if nothing holds the base.
+    free: bool,
 }
 
 /// Data for the estimate of mass effects.
@@ -38,12 +40,14 @@ impl OneRod {
     pub fn new(scene: &Scene) -> Result<(Self, RunHeader)> {
         let setup = Setup::new(scene).map_err(|e| scene.in_own_units(e))?;
         let (kind, heavy) = (setup.model.kind(), setup.model.is_heavy());
-        let body = scene.body()?;
-        let solid = match &body.joint {
-            Joint::Ball => Solid::point(),
-            Joint::Weld {
-                offset, inertia, ..
-            } => Solid::new(body.mass, inertia, offset),
+        let solid = match &scene.body {
+            Some(body) => match &body.joint {
+                Joint::Ball => Solid::point(),
+                Joint::Weld {
+                    offset, inertia, ..
+                } => Solid::new(body.mass, inertia, offset),
+            },
+            None => Solid::point(),
         };
         let watched = setup.model.looks_for_contact();
         let header = RunHeader {
@@ -56,12 +60,16 @@ impl OneRod {
             fixed_nodes: scene.rod.nodes.is_some(),
             bodies: vec![RunBody {
                 name: String::new(),
-                solid: solid.within(body.groove.as_ref()),
+                solid: solid.within(scene.groove()),
+                is_end: scene.body.is_none(),
             }],
             rods: vec![RunRod {
                 name: String::new(),
                 thickness: watched.then(|| scene.rod.thickness()).flatten(),
-                grounds: [Some(assembly::Joint::Weld), None],
+                grounds: [
+                    Some(assembly::Joint::Weld).filter(|_| !scene.clamp.free),
+                    None,
+                ],
                 free: false,
             }],
             heavy,
@@ -75,6 +83,7 @@ impl OneRod {
             massive: massive(scene, &setup)?,
             setup,
             relaxes: !scene.rod.relaxation.is_empty(),
+            free: scene.clamp.free,
         };
         Ok((one, header))
     }
@@ -108,14 +117,21 @@ fn massive(scene: &Scene, setup: &Setup) -> Result<Option<RodOfKnownMass>> {
         };
         // The equilibria of the light rod do not apply to a distributed load on a rod whose mass is followed in full.
         let known = |scene: &Scene| {
-            let loaded = scene.rod.is_heavy() && !scene.loads.distributed.is_zero();
-            scene.rod.mass().is_some() && scene.clamp.motion.is_none() && !loaded
+            let along = !scene.loads.distributed.is_zero() || !scene.rod.loads.is_empty();
+            let loaded = scene.rod.is_heavy() && along;
+            if scene.clamp.free {
+                return false;
+            }
+            let mass = scene.body.is_some() && scene.rod.mass().is_some();
+            mass && scene.clamp.motion.is_none() && !loaded
         };
         let given = given.filter(known);
         return Ok(given.map(|scene| RodOfKnownMass::Space(Box::new(scene))));
     }
     // A distributed load shifts equilibria and folds by more than the rod's mass does.
-    match setup.load.filter(|_| scene.loads.distributed.is_zero()) {
+    let bare = scene.loads.distributed.is_zero() && scene.rod.loads.is_empty();
+    let light = scene.body.is_some() && bare;
+    match setup.load.filter(|_| light) {
         Some(load) => {
             let rod = PlanarRodMass::new(scene, &setup.scales, load)?;
             Ok(rod.map(RodOfKnownMass::Plane))
@@ -156,7 +172,7 @@ impl RunModel for OneRod {
             let force = halves(&frame.outward(&join(&Vector3::zeros(), &force))).1;
             k.outward(Quantity::Force, force)
         };
-        vec![BodyMoment {
+        let end = BodyMoment {
             pose: outward(&clamp.pose(), k.length, &pose),
             velocity: k.outward(Quantity::Velocity, velocity),
             angular_velocity: k.outward(Quantity::AngularVelocity, spin),
@@ -165,7 +181,18 @@ impl RunModel for OneRod {
                 couple: k.outward(Quantity::Couple, couple),
             }),
             groove: groove.map(turned),
-        }]
+        };
+        let base = state.bodies().first().filter(|_| self.free).map(|base| {
+            let (spin, velocity) = halves(&frame.outward(&base.twist));
+            BodyMoment {
+                pose: outward(&clamp.pose(), k.length, &base.pose),
+                velocity: k.outward(Quantity::Velocity, velocity),
+                angular_velocity: k.outward(Quantity::AngularVelocity, spin),
+                action: None,
+                groove: None,
+            }
+        });
+        std::iter::once(end).chain(base).collect()
     }
 
     fn curves(&self, state: &dyn State, sections: usize) -> Result<Shapes> {

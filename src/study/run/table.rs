@@ -106,7 +106,7 @@ fn end_in_plane(u: Units) -> Vec<Column> {
     columns
 }
 
-/// Columns of the end of one rod in space, in the order of [`BodyMoment::numbers`].
+/// Columns of the end of one rod in space, and of its base if free, in the order of [`BodyMoment::numbers`].
 fn end_in_space(header: &RunHeader) -> Vec<Column> {
     let u = header.units;
     let vector = |prefix, unit, meaning| vector(&AXES, prefix, unit, meaning);
@@ -128,7 +128,22 @@ fn end_in_space(header: &RunHeader) -> Vec<Column> {
     columns.extend(vector("m", u.couple(), "couple of the rod on the body"));
     let groove = vector("g", u.force(), "force of the groove on the body");
     columns.extend(groove.filter(|_| header.bodies[0].is_grooved()));
+    if header.rods[0].grounds[0].is_none() {
+        columns.extend(free_base(u));
+    }
     columns
+}
+
+/// Columns of a base that nothing holds.
+fn free_base(u: Units) -> impl Iterator<Item = Column> {
+    let position = vector(&AXES, "base_", u.length(), "position of the free base");
+    let turn = ["base_qw", "base_qx", "base_qy", "base_qz"];
+    let turn =
+        turn.map(|name| Column::reals(name, "", "quaternion of the directors of the free base"));
+    let velocity = vector(&AXES, "base_v", u.velocity(), "velocity of the free base");
+    let spin = "angular velocity of the directors of the free base";
+    let spin = vector(&AXES, "base_w", angular_velocity(u), spin);
+    position.chain(turn).chain(velocity).chain(spin)
 }
 
 /// Columns of the bodies of an assembly, each in the order of [`BodyMoment::numbers`].

@@ -108,7 +108,7 @@ impl Attachment {
     }
 
     /// Pose and twist in the world.
-    pub(super) fn at(&self, t: f64, bodies: &[BodyMotion]) -> BodyMotion {
+    pub fn at(&self, t: f64, bodies: &[BodyMotion]) -> BodyMotion {
         match &self.on {
             AttachedTo::Ground => BodyMotion::at_rest(self.place),
             AttachedTo::Support(support) => {

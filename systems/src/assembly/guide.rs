@@ -151,6 +151,14 @@ impl Guide {
         self.kind == GuideKind::Plane
     }
 
+    /// Normal of the plane of a body in a plane: the cross product of the directions of its slides.
+    pub fn normal(&self) -> Vector3<f64> {
+        match self.slides.as_slice() {
+            [first, second] => first.cross(second),
+            _ => Vector3::zeros(),
+        }
+    }
+
     /// Attachment of the joint.
     pub fn on(&self) -> &Attachment {
         &self.on

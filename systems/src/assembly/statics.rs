@@ -58,6 +58,8 @@ pub enum AssemblyRoute {
     Unloaded,
     /// Along the homotopy from slightly bent rods; the number is that of the bend.
     Bent(usize),
+    /// At rest after a fall of all rods from their unloaded shapes.
+    Fallen,
 }
 
 impl AssemblyRoute {

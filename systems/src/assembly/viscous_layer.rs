@@ -84,9 +84,9 @@ impl<const D: usize> RodLayer<D> {
         for (i, (s, weight)) in nodes.enumerate() {
             let mut transfer = space.transfer(&curve, i);
             let mut left = self.law.free(*s, &strains[i]).ok()?.resultants - borne[i];
-            for k in (0..3).filter(|k| rigid[*k]) {
-                transfer.row_mut(3 + k).fill(0.0);
-                left[3 + k] = 0.0;
+            for k in (0..6).filter(|k| rigid[*k]) {
+                transfer.row_mut(k).fill(0.0);
+                left[k] = 0.0;
             }
             normal += transfer.tr_mul(&transfer) * *weight;
             sum += transfer.tr_mul(&left) * *weight;

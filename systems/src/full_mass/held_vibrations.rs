@@ -82,7 +82,7 @@ impl Massive {
     ) -> Result<Self> {
         let elastic = rod.law().clone();
         let rigid = elastic.rigid();
-        let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
+        let active: Vec<usize> = (0..6).filter(|k| !rigid[*k]).collect();
         Ok(Self {
             law: Law::new(elastic, friction, &active)?.along(rod.length()),
             sections,
@@ -116,6 +116,7 @@ pub fn held_modes(
         curve: Curve::Space,
         mass: massive.sections.mass,
         rotary: (rotary.norm() > 0.0).then(|| Matrix3::from_diagonal(&rotary)),
+        along: None,
         grain: PointMass::new(1.0)?,
         distributed: link.distributed().map(|load| load.mapped(|f| back * f)),
         body: None,

@@ -14,7 +14,6 @@ pub struct Law {
     branches: Vec<Maxwell>,
     active: Vec<usize>,
     length: f64,
-    rest: Strain,
     /// d D/d e_t of a uniform linear friction, formed once.
     viscosity: Option<Matrix6<f64>>,
 }
@@ -53,13 +52,13 @@ impl Law {
         active: &[usize],
     ) -> Result<Self> {
         let rigid = elastic.rigid();
-        if let Some(k) = active.iter().find(|k| **k >= 3 && rigid[**k - 3]) {
+        if let Some(k) = active.iter().find(|k| rigid[**k]) {
             return Err(Error::domain(format!(
                 "the strain number {k} of (u1, u2, u3, v1, v2, v3) is held rigid and cannot be an active one"
             )));
         }
+        elastic.unloaded(0.0)?;
         let mut law = Self {
-            rest: elastic.unloaded(0.0)?,
             elastic,
             friction: None,
             branches: Vec::new(),
@@ -130,9 +129,9 @@ impl Law {
         self.elastic.unloaded(s * self.length)
     }
 
-    /// All six strains: the active ones as given, the others as unloaded at the clamp.
-    pub fn all(&self, active: &[f64]) -> Strain {
-        let mut all = self.rest;
+    /// All six strains: the active ones as given, the others as in `rest`, the unloaded strains at the section.
+    pub fn all(&self, rest: &Strain, active: &[f64]) -> Strain {
+        let mut all = *rest;
         for (k, e) in self.active.iter().zip(active) {
             all[*k] = *e;
         }

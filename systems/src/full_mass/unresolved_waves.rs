@@ -28,9 +28,10 @@ impl HeavyRod {
             let square = (length / (PI * nodes.len() as f64)).powi(2);
             for node in nodes {
                 let s = grid.nodes()[node];
+                let (mass, rotary) = (mass * self.given.density(s), self.given.rotary_at_nodes(s));
                 let section = law.stiffness(s, &at.strains[node], &at.rates[node])?;
                 for a in 0..6 {
-                    let turned = match self.given.rotary {
+                    let turned = match rotary {
                         Some(inertia) if a < 3 => inertia[(a, a)],
                         _ => 0.0,
                     };

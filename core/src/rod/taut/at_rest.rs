@@ -1,7 +1,7 @@
 //! Equilibria to which a rod falls: the chain at rest ([`Chain`]) as the guess, collocated from both ends.
 
 use super::interval::{RodUnderForce, Section};
-use super::{Shape, Solved, Spring};
+use super::{Shape, Solved, Spring, Tip};
 use crate::error::Result;
 use crate::math::se3::join;
 use crate::rod::descent::Chain;
@@ -34,6 +34,21 @@ impl Chain {
             Section { turn, m }
         };
         Shape::from_sections(places, self.base_force, tolerance, section)
+    }
+}
+
+impl RodUnderForce<'_> {
+    /// The shape to which a heavy rod falls from its unloaded shape, with its end free to move under the force there.
+    /// `None` for a rod without a load along it, for a loaded tip, and if the fall does not end.
+    pub(super) fn resting_shape(&self, tip: &Tip, tolerance: f64) -> Option<Shape> {
+        let turned = match tip {
+            Tip::Turned(directors) => Some(*directors),
+            Tip::Loaded { couple, .. } if *couple == Vector3::zeros() => None,
+            Tip::Loaded { .. } => return None,
+        };
+        let chain = Chain::at_rest_under(self.law, self.weight?, self.force(1.0), turned)?;
+        let layers = self.layered_places(tolerance, LONGEST).ok()?;
+        Some(chain.shape(layers, tolerance))
     }
 }
 

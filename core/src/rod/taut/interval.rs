@@ -177,6 +177,12 @@ impl<'a> RodUnderForce<'a> {
             Some(weight) => self.n - weight.integral_to(s),
         }
     }
+
+    /// The force of the load at a node.
+    pub(super) fn jump(&self, s: f64) -> Vector3<f64> {
+        self.weight
+            .map_or_else(Vector3::zeros, |weight| weight.jump_at(s))
+    }
 }
 
 impl RodUnderForce<'_> {

@@ -1,6 +1,7 @@
 //! The mesh of a taut rod: fine in the layers at its ends.
 
 use super::interval::STAGES;
+use crate::rod::scaled_law::SAME_BREAK;
 
 /// Extra length of the layers, in e-foldings, beyond the decay to the tolerance.
 const BEYOND: f64 = 3.0;
@@ -43,11 +44,16 @@ pub(super) fn places(
         layer.iter_mut().for_each(|x| *x *= 0.5 / last);
     }
     let mut places: Vec<f64> = layer.iter().flat_map(|x| [*x, 1.0 - *x]).collect();
+    let shortest = (0.02 * first / lam).min(1e-3);
+    // A node that is near a break gives way to the break.
+    let breaks: Vec<f64> = breaks.collect();
+    places.retain(|x| breaks.iter().all(|at| (x - at).abs() >= shortest));
     places.extend([0.0, 1.0]);
+    places.sort_by(f64::total_cmp);
+    places.dedup_by(|later, earlier| *later - *earlier < shortest);
     places.extend(breaks);
     places.sort_by(f64::total_cmp);
-    let shortest = 0.02 * first / lam;
-    places.dedup_by(|later, earlier| *later - *earlier < shortest.min(1e-3));
+    places.dedup_by(|later, earlier| *later - *earlier < SAME_BREAK);
     if let Some(last) = places.last_mut() {
         *last = 1.0;
     }

@@ -282,7 +282,10 @@ fn solve_taut_rod(
     ) {
         (Ok(found), _) if near(&found.base_couple) => Ok(found),
         (_, Some(other)) => Ok(other),
-        (guessed, None) => guessed,
+        (guessed, None) => guessed.or_else(|why| {
+            let fallen = pulled.resting_shape(tip, tolerance);
+            fallen.map_or(Err(why), begun)
+        }),
     }
 }
 
@@ -381,8 +384,10 @@ impl RodUnderForce<'_> {
             for (k, stages) in shape.stages.iter().enumerate() {
                 let (from, to) = (shape.places[k], shape.places[k + 1]);
                 let passed = there.integrate_interval(from, to, stages)?;
-                reached.work +=
-                    (there.force(from) - there.force(to)).dot(&reached.position) + passed.work;
+                let jump = there.jump(to);
+                reached.work += (there.force(from) - there.force(to)).dot(&reached.position)
+                    + passed.work
+                    + jump.dot(&passed.way);
                 reached.position += passed.way;
                 reached.energy += passed.energy;
                 error = error.max(passed.error);

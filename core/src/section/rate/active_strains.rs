@@ -43,11 +43,6 @@ pub(super) fn clear_rigid(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Matrix6<f6
     matrix.map_with_location(|i, j, entry| if rigid[i] || rigid[j] { 0.0 } else { entry })
 }
 
-/// Marks of all six strains from those of v1, v2, v3.
-pub(super) fn six([v1, v2, v3]: [bool; 3]) -> [bool; 6] {
-    [false, false, false, v1, v2, v3]
-}
-
 /// The overstress without reactions, if it is finite.
 pub(super) fn free_overstress(overstress: &Resultant, rigid: [bool; 6]) -> Result<Resultant> {
     let driving = Vector6::from_fn(|k, _| if rigid[k] { 0.0 } else { overstress[k] });

@@ -1,10 +1,11 @@
 //! A user's own dissipation potential, its derivatives by automatic differentiation.
 
-use super::active_strains::{check_constraints, free_overstress, six};
+use super::active_strains::{check_constraints, free_overstress};
 use super::{Rate, RateLaw};
 use crate::error::{Error, Result, check_finite};
 use crate::section::jet::{jet, mixed_derivatives};
 use crate::section::newton::{Convexity, LawPoint, Potential, invert};
+use crate::section::six;
 use crate::section::{DualNum, Resultant, Strain};
 use nalgebra::{Matrix6, Vector6};
 use std::fmt::Debug;
@@ -135,7 +136,7 @@ impl<P: DissipationPotential> Here<'_, P> {
     /// Checks that the potential has no slope at rest, D(e, 0) = 0.
     fn check_rest(&self) -> Result<()> {
         let (slope, curvature) = self.inside(&Strain::zeros())?;
-        let rigid = six(self.rigid());
+        let rigid = self.rigid();
         for k in (0..6).filter(|k| !rigid[*k]) {
             if !(slope[k].abs() <= STILL * curvature[(k, k)]) {
                 return Err(Error::domain(format!(
@@ -151,8 +152,8 @@ impl<P: DissipationPotential> Here<'_, P> {
 }
 
 impl<P: DissipationPotential> Potential for Here<'_, P> {
-    fn rigid(&self) -> [bool; 3] {
-        self.law.0.rigid()
+    fn rigid(&self) -> [bool; 6] {
+        six(self.law.0.rigid())
     }
 
     fn at(&self, rate: &Vector6<f64>) -> Result<Option<LawPoint>> {

@@ -43,10 +43,15 @@ impl StrainMatrix {
     }
 
     /// The rows and columns of the strains that can change; None if in proportion to the section.
-    fn free(&self, rigid: [bool; 3]) -> Option<Matrix6<f64>> {
+    fn free(&self, rigid: [bool; 6]) -> Option<Matrix6<f64>> {
         let rows = self.rows()?;
-        let held = |i: usize| i > 2 && rigid[i - 3];
-        let entry = |i, j| if held(i) || held(j) { 0.0 } else { rows[i][j] };
+        let entry = |i: usize, j: usize| {
+            if rigid[i] || rigid[j] {
+                0.0
+            } else {
+                rows[i][j]
+            }
+        };
         Some(Matrix6::from_fn(entry))
     }
 
@@ -59,10 +64,11 @@ impl StrainMatrix {
             Self::Diagonal(_) | Self::Full(_) => {
                 let mut matrix = self.free(rigid).unwrap_or_default();
                 // A positive entry in place of the rigid ones.
-                for k in (0..3).filter(|k| rigid[*k]) {
-                    matrix[(3 + k, 3 + k)] = matrix[(0, 0)];
+                let size = matrix.diagonal().max();
+                for k in (0..6).filter(|k| rigid[*k]) {
+                    matrix[(k, k)] = size;
                 }
-                Viscosity::full(matrix)?.with_rigid(rigid)
+                Viscosity::full(matrix)?.holding(rigid)
             }
         }
     }

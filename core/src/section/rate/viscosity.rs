@@ -1,7 +1,8 @@
 //! Viscosity matrices of a section: H in D = H e_t.
 
-use super::active_strains::{clear_rigid, inverse_of_free, rigid_of, six};
+use super::active_strains::{clear_rigid, inverse_of_free, rigid_of};
 use crate::error::{Error, Result, check_positive};
+use crate::section::six;
 use crate::section::{Linear, Resultant, SectionLaw, Varying};
 use nalgebra::Matrix6;
 use std::sync::Arc;
@@ -101,7 +102,15 @@ impl Viscosity {
     /// # Errors
     /// As [`Viscosity::with_shear`].
     pub fn with_rigid(self, marked: [bool; 3]) -> Result<Self> {
-        Self::constant(self.linear("what is rigid")?.rigid(marked)?)
+        self.holding(six(marked))
+    }
+
+    /// Holds the marked strains rigid; the others are unchanged.
+    ///
+    /// # Errors
+    /// As [`Viscosity::with_shear`].
+    pub(super) fn holding(self, marked: [bool; 6]) -> Result<Self> {
+        Self::constant(self.linear("what is rigid")?.holding(marked)?)
     }
 
     /// H along the rod: the stiffness of a [`Varying`] law, taken as a viscosity; its rest strains are ignored.
@@ -109,7 +118,7 @@ impl Viscosity {
     /// # Errors
     /// A law that is not defined at s = 0, or not positive definite there.
     pub fn from_varying(law: Varying) -> Result<Self> {
-        let rigid = six(law.at(0.0)?.is_rigid());
+        let rigid = law.at(0.0)?.is_rigid();
         Self::of(law.is_uniform(), Source::Along(law), rigid)
     }
 
@@ -156,7 +165,7 @@ impl Viscosity {
     }
 
     fn constant(law: Linear) -> Result<Self> {
-        Self::of(true, Source::Constant(Box::new(law)), six(law.is_rigid()))
+        Self::of(true, Source::Constant(Box::new(law)), law.is_rigid())
     }
 
     fn of(uniform: bool, source: Source, rigid: [bool; 6]) -> Result<Self> {
@@ -184,10 +193,10 @@ impl Viscosity {
 
     fn evaluate(&self, s: f64) -> Result<ViscosityAt> {
         let (found, rigid) = match &self.source {
-            Source::Constant(law) => (read(law), six(law.is_rigid())),
+            Source::Constant(law) => (read(law), law.is_rigid()),
             Source::Along(law) => {
                 let law = law.at(s).map_err(|e| e.context("the viscosity"))?;
-                (read(&law), six(law.is_rigid()))
+                (read(&law), law.is_rigid())
             }
             Source::Proportional(law, time) => {
                 let compliance = law.inverse(s, &Resultant::zeros())?.compliance;
@@ -228,7 +237,7 @@ impl Viscosity {
 
 fn read(law: &Linear) -> ViscosityAt {
     ViscosityAt {
-        matrix: clear_rigid(law.stiffness(), six(law.is_rigid())),
+        matrix: clear_rigid(law.stiffness(), law.is_rigid()),
         inverse: law.compliance().matrix(),
     }
 }

@@ -42,13 +42,15 @@ pub(super) fn heavy(
                 law: law.along(scales.inward(Quantity::Length, rod.length)),
                 curve: Curve::Space,
                 mass,
-                rotary: Some(rotary),
+                rotary,
+                along: rod.mass_along(),
                 grain: unit_point_mass(gravity, None)?,
                 distributed: match load {
-                    Some(load) if !load.is_zero() => {
-                        Some(load.on(rod.length)?.mapped(|f| f * unit))
+                    Some(load) => {
+                        let whole = load.on(rod.length)?.plus(&rod.dead_forces()?)?;
+                        Some(whole.mapped(|f| f * unit)).filter(|load| !load.is_zero())
                     }
-                    _ => None,
+                    None => None,
                 },
                 body: None,
                 diameter: rod

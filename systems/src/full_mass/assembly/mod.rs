@@ -32,15 +32,19 @@ mod vibrations;
 
 use super::rod::{Balance, HeavyRod, RodState, RodSupport};
 use crate::assembly::{AttachedTo, Attachment, Body, BodyMotion, Joint, Tube};
-use crate::body::EndMotion;
+use crate::body::{EndMotion, RigidBody};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
 use crate::viscoelastic::grid::Grid;
 use attachment_kinematics::{BodyNow, Seat};
 pub use downhill::EITHER_SIDE;
-use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
 pub use system::INTEGRALS;
+
+/// Mass of the body that stands for a free base, in units in which the mass of a rod is about 1: below the rounding of
+/// that of the rod.
+const FREE_BASE: f64 = 1e-30;
 
 /// Tie of a rod's end: attachment and joint.
 #[derive(Debug, Clone)]
@@ -156,6 +160,22 @@ impl HeavyAssembly {
         };
         let to = None;
         Self::new(Vec::new(), vec![HeavyLink { rod, from, to }])
+    }
+
+    /// A single rod that nothing holds, with its body, if any, at the end. The first and only body of the list stands
+    /// for the base.
+    ///
+    /// # Errors
+    /// None that is known of.
+    pub fn of_free_rod(rod: HeavyRod) -> Result<Self> {
+        let inertia = Matrix3::from_diagonal_element(FREE_BASE);
+        let base = Body::rigid(RigidBody::new(FREE_BASE, inertia)?).named("base".to_owned());
+        let from = Tie {
+            on: Attachment::body(0, Isometry3::identity()),
+            joint: Joint::Weld,
+        };
+        let to = None;
+        Self::new(vec![base], vec![HeavyLink { rod, from, to }])
     }
 
     /// An assembly; bodies are numbered by their position in the list.
@@ -548,11 +568,16 @@ impl HeavyAssembly {
             .links
             .iter()
             .filter_map(|link| link.rod.given.body.clone());
-        self.carriers
-            .iter()
-            .cloned()
-            .chain(own.map(Body::new))
-            .collect()
+        let alone = self.carriers.is_empty();
+        let own = own.map(|mass| {
+            let body = Body::new(mass);
+            if alone {
+                body
+            } else {
+                body.named("end".to_owned())
+            }
+        });
+        self.carriers.iter().cloned().chain(own).collect()
     }
 
     /// Places of all bodies, as [`HeavyAssembly::bodies`].

@@ -261,3 +261,14 @@ impl<T: Scalar, const D: usize> BlockLu<T, D> {
         }
     }
 }
+
+impl<const D: usize> BlockLu<f64, D> {
+    /// True if the symmetric matrix of which these are the factors is positive definite: all of its pivots are.
+    pub fn is_positive(&self, pattern: &Pattern) -> bool {
+        pattern.order.iter().all(|site| {
+            let own = &self.blocks[*site];
+            let inverse = SMatrix::<f64, D, D>::from_fn(|i, j| 0.5 * (own[i][j] + own[j][i]));
+            inverse.cholesky().is_some()
+        })
+    }
+}

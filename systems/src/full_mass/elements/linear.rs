@@ -477,6 +477,16 @@ impl<const D: usize> Matrices<D> {
     }
 }
 
+impl ElementFactor<f64> {
+    /// True if the symmetric matrix of which these are the factors is positive definite.
+    pub fn is_positive(&self) -> bool {
+        match &self.factors {
+            Factors::Plane(factors) => factors.is_positive(&self.shared.pattern),
+            Factors::Space(factors) => factors.is_positive(&self.shared.pattern),
+        }
+    }
+}
+
 impl<T: Scalar> Factor<T> for ElementFactor<T> {
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let shared = &*self.shared;

@@ -11,11 +11,13 @@
 //! Strains that the section law holds rigid are held by springs here. Their give is far below the tolerance.
 
 mod block_lu;
+mod descent;
 mod linear;
 mod sample;
 mod strain_at_point;
 mod system;
 
+pub use descent::{descended, equilibrium};
 pub use linear::{ElementFactor, ElementLinear};
 pub use system::{ElementMoment, INTEGRALS};
 
@@ -29,14 +31,17 @@ use crate::error::{Error, Result};
 use crate::math::gauss::{Rule, legendre, lobatto};
 use crate::math::se3::{Turn, product};
 use block_lu::Pattern;
-use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Vector3};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Give of a strain that is held rigid: bending stiffness over length squared, over the stiffness of its spring.
+/// Give of a strain that is held rigid: bending stiffness over the stiffness of its spring. For a shear or stretch the
+/// bending stiffness is taken over length squared.
 const GIVE: f64 = 1e-6;
 /// Radius of gyration, over the distance of the nodes, of sections without rotary inertia.
 const SLENDER: f64 = 1e-2;
+/// Distance from the end of an element, over its length, at which the mass there is taken.
+const ASIDE: f64 = 1e-12;
 
 /// Carrier of a node's position or rotation: a place on the ground, or a site, by number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -284,25 +289,26 @@ impl ElementAssembly {
             }
         }
         let (_, lobatto_weights) = lobatto(degree + 1);
-        let mut weights = vec![0.0; places.len()];
+        // The mass of a node between two elements comes from both, which matters where it jumps.
+        let mut parts = vec![Vec::with_capacity(2); places.len()];
         for element in &elements {
+            let h = element.to - element.from;
             for (i, weight) in lobatto_weights.iter().enumerate() {
-                weights[element.nodes.start + i] += weight * (element.to - element.from);
+                let node = element.nodes.start + i;
+                let inside = places[node].clamp(element.from + ASIDE * h, element.to - ASIDE * h);
+                parts[node].push((inside, weight * h));
             }
         }
         let last = places.len() - 1;
         let mut nodes = Vec::with_capacity(places.len());
-        for (i, (s, weight)) in places.iter().zip(&weights).enumerate() {
+        for (i, parts) in parts.iter().enumerate() {
             let tie = match i {
                 0 => Some(from),
                 _ if i == last => to,
                 _ => None,
             };
-            let radius = SLENDER * weight * law.length();
-            let inertia = given.rotary.unwrap_or_else(|| {
-                Matrix3::identity() * (given.mass / law.length() * radius * radius)
-            });
-            let piece = given.piece(*s, *weight, inertia)?;
+            let weight: f64 = parts.iter().map(|(_, weight)| weight).sum();
+            let piece = given.piece(parts, SLENDER * weight * law.length())?;
             nodes.push(self.node(tie, piece)?);
             if let (true, Some(body)) = (i == last, &given.body) {
                 self.sites[nodes[i].site()].masses.push(body.clone());
@@ -332,8 +338,11 @@ impl ElementAssembly {
         let bending = (0..3)
             .map(|k| stiffness.by_strain[(k, k)])
             .fold(0.0, f64::max);
-        let spring = bending / (GIVE * law.length().powi(2));
-        Ok(rigid.into_iter().map(|k| (k, spring)).collect())
+        let spring = |k: usize| match k {
+            0..3 => bending / GIVE,
+            _ => bending / (GIVE * law.length().powi(2)),
+        };
+        Ok(rigid.into_iter().map(|k| (k, spring(k))).collect())
     }
 
     /// The node of a rod end: under a tie, or free without one. `piece` is the node's part of the rod's mass.

@@ -335,7 +335,7 @@ impl ElementAssembly {
     }
 
     /// A twist or acceleration of site `i`, with its held components set to 0.
-    fn freed(&self, i: usize, mut twist: Vector6<f64>) -> Vector6<f64> {
+    pub(super) fn freed(&self, i: usize, mut twist: Vector6<f64>) -> Vector6<f64> {
         let site = &self.sites[i];
         for k in 0..6 {
             if !self.is_free(k) || !(if k < 3 { site.turns } else { site.shifts }) {
