@@ -1,4 +1,4 @@
-//! Loads of `[[load]]` on a rod: at its end, at a station, or along a part of it.
+//! Loads of `[[load]]` on rods: at ends, at stations, along parts.
 
 use super::{LoadAlong, Parameter, Rod, Scene};
 use crate::error::{Error, Result};
@@ -6,7 +6,7 @@ use crate::rod::{DistributedLoad, LoadsWithoutPotential};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// Where a load acts on a rod.
+/// Place of a load on a rod.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum LoadPlace {
@@ -43,7 +43,7 @@ pub struct RodLoad {
     /// Number in the list `[[load]]` of the scene.
     #[serde(skip)]
     pub number: usize,
-    /// Where the load acts.
+    /// Place of the load.
     #[serde(flatten)]
     pub place: LoadPlace,
     /// Force; along a part of the rod per length.

@@ -178,7 +178,7 @@ impl Scales {
 pub struct Dimensionless {
     /// The pose of the base.
     pub clamp: Clamp,
-    /// The body; its mass is 1. `None`: the end of the rod, whose own mass is 1, is free.
+    /// The body, of mass 1. `None`: the end of the rod is free, and the rod has mass 1.
     pub body: Option<Body>,
     /// The start.
     pub start: Start,

@@ -7,7 +7,9 @@ use serde_json::Value;
 use snaprod::assembly::{Assembly, Attachment, Body, Joint, Link};
 use snaprod::full_mass::elements;
 use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod};
+use snaprod::scene::Scene;
 use snaprod::section::Linear;
+use snaprod::study::assembly::{self, AssemblyEquilibriumRecord};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Tolerance of the library, and of the comparison relative to the larger of a value and 1.
@@ -153,6 +155,87 @@ fn a_heavy_rod_in_two_parts_falls_alike() {
             );
         }
     }
+}
+
+/// A planar assembly of two halves of an elastica of length 1 with the weight w, from an end to another or free.
+fn in_a_plane(weight: f64, from: &str, to: Option<&str>) -> AssemblyEquilibriumRecord {
+    let half = |name: &str, from: &str, to: &str| {
+        format!(
+            "[[rod]]\nname = '{name}'\nmodel = 'elastica'\nlength = 0.5\nbending_stiffness = 1.0\n\
+             mass = {:?}\nfrom = {{ {from} }}\nto = {{ {to} }}\n",
+            0.5 * weight
+        )
+    };
+    let text = [
+        "plane = [0, 1, 0]\n".to_owned(),
+        half("first", from, "body = 'middle'"),
+        half("second", "body = 'middle'", to.unwrap_or("body = 'end'")),
+        "[[body]]\nname = 'middle'\n".to_owned(),
+        to.map_or("[[body]]\nname = 'end'\n", |_| "").to_owned(),
+        "[loads]\ngravity = [0.0, 0.0, -1.0]\n".to_owned(),
+    ]
+    .concat();
+    let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    assembly::equilibrium(&scene).unwrap_or_else(|why| panic!("{why}\n{text}"))
+}
+
+/// Catches planar assemblies and their ball joints left out of the descent, and springs of rigid strains that grow with
+/// the stiffness out of the plane.
+#[test]
+fn heavy_planar_assemblies_fall_alike() {
+    let data = json("rod_heavy.json");
+    let place = |x: f64, z: f64| format!("position = [{x:?}, 0.0, {z:?}]");
+    let clamp = |x: f64, z: f64, angle: f64| {
+        let turn = FRAC_PI_2 - angle;
+        format!(
+            "{}, rotation = {{ axis = [0, 1, 0], angle = {turn:?} }}",
+            place(x, z)
+        )
+    };
+    let inextensible =
+        |case: &&Value| case.get("gravity").is_none() && number(case, "compliance") == 0.0;
+    for case in rows(&data, "cases", 10).iter().filter(inextensible) {
+        let angles = list(&case["angles"]);
+        let held = case["held"]
+            .as_array()
+            .map(|at| clamp(at[0].as_f64().unwrap(), at[1].as_f64().unwrap(), angles[1]));
+        let base = clamp(0.0, 0.0, angles[0]);
+        let found = in_a_plane(number(case, "weight"), &base, held.as_deref());
+        assert_eq!(found.index, 0, "{case}");
+        let energy = number(case, "energy") + number(case, "potential");
+        assert_close(
+            found.energy,
+            energy,
+            AGREES,
+            1.0,
+            &format!("energy of {case}"),
+        );
+        // A hose on an upright clamp hangs to either side.
+        let couple = found.rods[0].1[1].abs();
+        let given = list(&case["base_couple"])[0].abs();
+        assert_close(
+            couple,
+            given,
+            10.0 * AGREES,
+            1.0,
+            &format!("couple of {case}"),
+        );
+    }
+    // Ball joints at both ends: Gauss collocation of order 14 and 18, and energy minimised on straight pieces.
+    let ball = |x, z| format!("{}, joint = 'ball'", place(x, z));
+    let found = in_a_plane(400.0, &ball(0.0, 0.0), Some(&ball(0.8, 0.2)));
+    assert_eq!(found.index, 0);
+    let energy = 1.886_253_971_140_1 - 21.709_560_126_449;
+    assert_close(
+        found.energy,
+        energy,
+        AGREES,
+        1.0,
+        "energy between ball joints",
+    );
+    let force = &found.rods[0].1;
+    assert_close(force[3], 131.180_976_284_33, AGREES, 1.0, "force along x");
+    assert_close(force[5], -152.536_390_650_1, AGREES, 1.0, "force along z");
 }
 
 /// Catches a descent that ends at an unstable state, loses a load or a held end, and a collocation that is not that of

@@ -32,8 +32,8 @@ fn tables(case: &Value, factor: f64) -> String {
     loads.iter().map(table).collect()
 }
 
-/// Catches a wrong jump of force, couple or work at a station, a part of the rod that begins or ends elsewhere, a load
-/// that does not turn, one that is lost beside others, and an index of loads that have no potential.
+/// Catches a wrong jump of force, couple or work at a station, and a loaded part with wrong ends. Catches a follower
+/// load that does not turn, a load lost among several, and an index of loads without a potential.
 #[test]
 fn rods_bend_under_lists_of_loads_as_shooting_says() {
     let cases = json("load_list.json");
@@ -218,8 +218,8 @@ fn ran(text: &str) -> Table {
     tables.remove(0)
 }
 
-/// Catches a force at a station that a motion lacks in its balance or in its energy, with the mass of the rod or
-/// without, in space and in the plane; and a start at rest that is none.
+/// Catches a motion that lacks a force at a station in its balance or its energy: with and without mass, in space and
+/// in the plane. Catches a settled start that is not at rest.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn ledgers_close_with_forces_at_stations() {
@@ -256,7 +256,7 @@ fn ledgers_close_with_forces_at_stations() {
     }
 }
 
-/// Catches a load that a message does not name, and one that is left out without a word.
+/// Catches messages that do not name the load, and loads left out without a message.
 #[test]
 fn faults_of_loads_are_told() {
     let rest = |load: &str| format!("{ROD}[end]\n[[load]]\n{load}\n");

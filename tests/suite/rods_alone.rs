@@ -35,8 +35,8 @@ fn record(text: &str) -> RunRecord {
     .unwrap()
 }
 
-/// Catches a mass that stands for the missing body and is felt, rotary inertia where none is told, or the part of shear
-/// and rotary inertia left out of rods alone.
+/// Catches an effect of the tiny mass that stands for the missing body, and rotary inertia where none is given. Catches
+/// rods without a body that lack shear or rotary inertia.
 #[test]
 fn bare_cantilevers_have_the_frequencies_of_beams() {
     let slender = "section = { bending = [1.0, 1.0], torsion = 1.0 }";
@@ -71,7 +71,7 @@ fn a_bare_cantilever_is_pushed() {
     }
 }
 
-/// Catches a message that asks for a body and does not say what else there is.
+/// Catches a message on a missing body that does not name the alternative, the full mass of the rod.
 #[test]
 fn a_rod_without_its_mass_needs_a_body() {
     let text = beam("section = { bending = [1.0, 1.0], torsion = 1.0 }");
@@ -104,9 +104,9 @@ fn free_beams_have_six_rigid_motions_and_the_frequencies_of_beams() {
     }
 }
 
-/// Catches a base or an end that is still held, a start of the base that is that of the end, and columns of the base in
-/// the frame of the start. A straight rod without load but its weight flies as a rigid one: its middle on a parabola,
-/// turning evenly.
+/// Catches a held base or end, a start of the base with the motion of the end, and columns of the base in the frame of
+/// the start. A straight rod under its weight alone flies as a rigid rod: its middle moves on a parabola, and the rod
+/// turns evenly.
 #[test]
 fn a_free_rod_flies_and_turns() {
     let text = beam("section = { bending = [1.0, 1.0], torsion = 1.0 }")

@@ -95,7 +95,7 @@ fn one_way(bending: &str, torsion: &str, case: &serde_json::Value) -> Equilibriu
     ))
 }
 
-/// Catches a flexure or a twist that gives although it is held rigid, and a wrong reaction.
+/// Catches a change of a rigid flexure or twist, and a wrong reaction couple.
 #[test]
 fn rods_that_bend_one_way_and_rods_that_do_not_twist() {
     let data = json("sections.json");

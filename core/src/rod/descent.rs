@@ -144,7 +144,8 @@ impl Problem {
 }
 
 impl Chain {
-    /// The heavy rod at rest under `force` on its end, which is free to move and `turned` or free to turn.
+    /// A heavy rod at rest under `force` on an end that is free to move. The end has the directors `turned`, or turns
+    /// freely if none are given.
     pub fn at_rest_under(
         law: &ScaledLaw,
         weight: &ScaledLoad,

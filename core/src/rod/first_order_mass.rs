@@ -407,7 +407,7 @@ impl<L> MovingRod<'_, L> {
         for (h, stages) in track.steps() {
             let from = stages[0].s();
             if from > last {
-                // A break: a force there takes its part of the couple.
+                // A force at the break has a couple about the base.
                 let taken = three(&second, 3).cross(&C::jump(self.load, 0.5 * (last + from)));
                 let mut couple = second.fixed_rows_mut::<3>(6);
                 couple += taken;

@@ -27,12 +27,22 @@ pub(super) struct FollowedLoad {
 }
 
 impl FollowedLoad {
-    /// These loads times a factor.
+    /// All loads times a factor.
     pub(super) fn times(&self, part: f64) -> Self {
         Self {
             force: self.force.times(part),
             dead_couple: self.dead_couple.times(part),
             couple: self.couple.times(part),
+        }
+    }
+
+    /// Loads at a section, by the part of each load that `of` takes.
+    #[inline]
+    fn at(&self, of: impl Fn(&ScaledLoad) -> Vector3<f64>) -> Followed {
+        Followed {
+            force: of(&self.force),
+            dead_couple: of(&self.dead_couple),
+            couple: of(&self.couple),
         }
     }
 }
@@ -145,16 +155,7 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
     #[inline]
     fn cross(&mut self, load: &LoadsAlong, s: f64, at: &Place<'_, K>) {
         self.moment.cross(&load.dead, s, at);
-        let FollowedLoad {
-            force,
-            dead_couple,
-            couple,
-        } = &load.followed;
-        let here = Followed {
-            force: force.jump_at(s),
-            dead_couple: dead_couple.jump_at(s),
-            couple: couple.jump_at(s),
-        };
+        let here = load.followed.at(|load| load.jump_at(s));
         self.add(&here, at);
     }
 
@@ -174,16 +175,7 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
             moment: LoadMoment::slope(&load.dead, s, at),
             ..Self::NOTHING
         };
-        let FollowedLoad {
-            force,
-            dead_couple,
-            couple,
-        } = &load.followed;
-        let here = Followed {
-            force: force.density(s),
-            dead_couple: dead_couple.density(s),
-            couple: couple.density(s),
-        };
+        let here = load.followed.at(|load| load.density(s));
         slope.add(&here, at);
         slope
     }

@@ -113,7 +113,7 @@ pub struct Problem {
     pub(super) turning: [Vector3<f64>; 2],
     /// Load along the rod; `None` if there is none.
     pub(super) weight: Option<ScaledLoad>,
-    /// Loads on the rod that have no potential; `None` without such loads.
+    /// Follower forces and couples along the rod; `None` without any.
     pub(super) followed: Option<FollowedLoad>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
@@ -264,7 +264,7 @@ impl Problem {
         self
     }
 
-    /// This problem with loads on the rod that have no potential: follower forces, and couples.
+    /// Adds follower forces and couples along the rod.
     #[must_use]
     pub fn with_followers(mut self, loads: &LoadsWithoutPotential) -> Self {
         let LoadsWithoutPotential {

@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, Vector6};
 /// The strains of a straight unstretched rod.
 pub(super) const STRAIGHT: [f64; 6] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Largest distance of a rigid strain from its rest value, over 1 + its size: rounding.
+/// Rounding of a strain e held rigid: largest accepted distance from the rest value, over 1 + |e|.
 const HELD: f64 = 1e-13;
 
 /// A linear law: w = K (e - rest), K diagonal or any symmetric positive definite matrix.

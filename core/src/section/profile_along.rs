@@ -131,7 +131,7 @@ impl Along {
         self
     }
 
-    /// The profile over x = s/L of a rod of this length, which a table covers.
+    /// Polynomials in x = s/L, piece by piece, of a rod of length L. A table must cover the rod.
     pub fn pieces(&self, length: f64) -> Piecewise {
         Piecewise::new(match &self.0 {
             Form::Constant(value) => vec![(0.0, vec![*value])],

@@ -229,7 +229,7 @@ impl SceneRod {
         }
     }
 
-    /// Shape and material of a rod whose shape varies along it.
+    /// Shape and material of a rod of varying shape; `None` for an even shape.
     ///
     /// # Errors
     /// As [`Scene::cosserat_rod`].

@@ -19,7 +19,7 @@ use toml::de::DeValue;
 
 /// Tolerance of the norm of a quaternion about 1: numbers rounded to 7 digits are accepted.
 const UNIT: f64 = 1e-6;
-/// Sine of the angle between tangent and normal up to which they count as parallel.
+/// Largest sine of the angle between a tangent and a normal that count as parallel.
 const PARALLEL: f64 = 1e-6;
 /// Relative width around |r| = L within which a position counts as on the circle: the rounding of the norm.
 pub(super) const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;

@@ -31,7 +31,7 @@ pub(super) struct BearingRod<'a> {
     /// Name in an assembly.
     pub name: &'a str,
     pub length: f64,
-    /// True for a rod whose state are strains along it, by its friction or its full mass.
+    /// True for a rod with friction or full mass: its state is a field of strains.
     pub has_nodes: bool,
 }
 
@@ -45,7 +45,7 @@ impl<'a> BearingRod<'a> {
     }
 }
 
-/// A load with the body or the rod that bears it.
+/// A load, with the number of the body or rod under the load.
 pub(super) enum Listed {
     /// Force and couple on a body; of one rod the body at its end.
     Body {
@@ -93,7 +93,7 @@ pub(super) fn load_list(top: &Table, bearers: &Bearers) -> Option<Vec<Listed>> {
     })
 }
 
-/// What a load acts on.
+/// Part of a scene on which a load acts.
 enum On {
     Body(usize),
     Rod(usize, LoadPlace),
@@ -155,7 +155,7 @@ fn listed(table: &Table, bearers: &Bearers) -> Option<Listed> {
     }
 }
 
-/// Refuses loads on rods for which there is no computation.
+/// Refuses a load on a rod that no model computes.
 fn on_rod(table: &Table, rod: usize, load: &RodLoad, bearers: &Bearers) -> Option<()> {
     if table.reader.kind.get() == STATICS {
         if load.is_on_end() && bearers.held {

@@ -16,7 +16,8 @@ pub(super) struct RestShape {
     pub length: f64,
 }
 
-/// Reads `helix` or `arc` of `[rod.rest]`, for a rod of this length if it is given; `Some(None)` without either.
+/// Reads `helix` or `arc` of `[rod.rest]`. The result is `Some(None)` without either. A given length of the rod must
+/// agree with the shape.
 pub(super) fn rest_shape(
     rod: &Table,
     table: &Table,

@@ -122,7 +122,7 @@ fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
 
 const PAIR: &str = "an array of two stiffnesses > 0, about d1 and d2; one may be \"rigid\"";
 
-/// Reads `rigid`, names of some of these strains; at most one of them a flexure.
+/// Reads the field `rigid`: some of `names`, and at most one flexure.
 fn rigid_strains(table: &Table, names: &[StrainName]) -> Option<Vec<StrainName>> {
     let reader = table.reader;
     let words: Vec<_> = names.iter().map(|name| (name.as_str(), *name)).collect();

@@ -55,7 +55,7 @@ impl Sources {
         }
     }
 
-    /// This text as that of a file in `directory`.
+    /// Sets the directory in which the text lies: paths in the text count from there.
     pub fn in_directory(mut self, directory: &Path) -> Self {
         self.directory = directory.to_owned();
         self

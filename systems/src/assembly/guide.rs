@@ -151,12 +151,11 @@ impl Guide {
         self.kind == GuideKind::Plane
     }
 
-    /// Normal of the plane of a body in a plane: the cross product of the directions of its slides.
-    pub fn normal(&self) -> Vector3<f64> {
-        match self.slides.as_slice() {
-            [first, second] => first.cross(second),
-            _ => Vector3::zeros(),
-        }
+    /// True if the rod of the joint turns freely as on a ball joint: about all axes, or in a plane about one.
+    pub fn turns_freely(&self, in_plane: bool) -> bool {
+        let turns = self.is_ball() || (in_plane && self.turns.len() == 1);
+        let idle = |law: &JointLaw| law.couple == 0.0 && law.stiffness == 0.0;
+        turns && self.slides.is_empty() && !self.is_plane() && self.laws.iter().all(idle)
     }
 
     /// Attachment of the joint.

@@ -316,6 +316,11 @@ impl Link {
         Ok(self)
     }
 
+    /// Director, 0 or 1, about which the rod of a planar assembly bends; `None` in space.
+    pub fn bending_director(&self) -> Option<usize> {
+        self.bent_about
+    }
+
     /// The rod.
     pub fn rod(&self) -> &Rod {
         &self.rod

@@ -263,7 +263,7 @@ impl<T: Scalar, const D: usize> BlockLu<T, D> {
 }
 
 impl<const D: usize> BlockLu<f64, D> {
-    /// True if the symmetric matrix of which these are the factors is positive definite: all of its pivots are.
+    /// True if the factored matrix, which is symmetric, is positive definite: all pivots are.
     pub fn is_positive(&self, pattern: &Pattern) -> bool {
         pattern.order.iter().all(|site| {
             let own = &self.blocks[*site];

@@ -8,13 +8,13 @@
 //! what holds here approximately.
 
 use super::system::{INTEGRALS, PLACE, TWIST};
-use super::{ElementAssembly, ElementMoment, Freedoms, Mesh};
+use super::{ElementAssembly, ElementLinear, ElementMoment, Freedoms, GIVE, Mesh};
 use crate::assembly::{
-    Assembly, AssemblyEquilibrium, AssemblyRoute, Attachment, BodyMotion, Configuration, Guide,
-    Link,
+    Assembly, AssemblyEquilibrium, AssemblyRoute, Attachment, Body, BodyMotion, Configuration,
+    Joint, Link,
 };
 use crate::body::PointMass;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use crate::full_mass::frames::Curve;
 use crate::full_mass::law::Law;
@@ -29,17 +29,25 @@ const DEGREE: usize = 4;
 /// Fewest and most elements of a rod.
 const FEWEST: usize = 6;
 const MOST: usize = 400;
-/// Elements per lam = sqrt(force L^2/B): an element is as long as the layer at a clamp.
-const PER_LAM: f64 = 1.0;
+/// Elements per lam = sqrt(force L^2/B): an element is half as long as the layer at a clamp.
+const PER_LAM: f64 = 2.0;
 /// Turn of the unloaded rod per element, in radians.
 const TURN: f64 = 0.25;
-/// Springs of rigid strains, over those of a motion, stage by stage.
-const STAGES: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-2, 1.0];
-/// Bow of the rods at the start, over their length, in two generic directions.
+/// Springs of rigid strains, over those of a motion, stage by stage. Soft springs lead to the deepest sag, but let an
+/// upright rod sink through itself; the second descent has stiffer springs.
+const DESCENTS: [&[f64]; 2] = [&[1e-6, 1e-5, 1e-4, 1e-2, 1.0], &[1e-4, 1e-2, 1.0]];
+/// Largest give of a rigid strain at rest: a rod that has sunk through itself gives more.
+const SUNK: f64 = 0.1;
+/// Bow of the rods at the start, over their length: in the plane, or in two generic directions in space.
 const BOW: [f64; 2] = [1e-2, 1e-6];
-/// First shift, and the shift that counts as none.
+/// First, least and largest shift; the growth of a shift that fails, its fall after a good step, and the shift that
+/// counts as none.
 const SHIFT: f64 = 10.0;
 const LEAST: f64 = 1e-9;
+const LARGEST: f64 = 1e12;
+const GROWTH: f64 = 4.0;
+const FALL: f64 = 0.1;
+const NONE: f64 = 1e-5;
 /// Longest step, in radians and mean rod lengths; the step at which a stage ends, and the last one.
 const LONGEST: f64 = 0.3;
 const LOOSE: f64 = 1e-3;
@@ -50,6 +58,12 @@ const STEPS: usize = 300;
 const ENOUGH: f64 = 1e-4;
 /// Tolerance of the unloaded shapes.
 const SHAPE: f64 = 1e-9;
+/// Tolerance of rods between two ball joints, whose charts are found from the bodies alone.
+const SPANNING: f64 = 1e-6;
+/// Distance of the normal of a plane from an axis of the world.
+const AXIS: f64 = 1e-12;
+/// Rounding of energies.
+const ROUNDING: f64 = 1e-12;
 /// Gyration radius of the sections of the weights M, over the length of the rod.
 const GYRATION: f64 = 0.1;
 
@@ -60,57 +74,47 @@ const GYRATION: f64 = 0.1;
 /// # Errors
 /// As [`Assembly::equilibrium`].
 pub fn equilibrium(assembly: &Assembly, tolerance: f64) -> Result<AssemblyEquilibrium> {
-    let below = || {
-        let guess = descended(assembly)?;
-        let found = assembly.equilibrium(Some(&guess), tolerance).ok()?;
-        (found.index == 0).then_some(AssemblyEquilibrium {
-            route: AssemblyRoute::Fallen,
-            ..found
+    let fallen = || {
+        let mut descent = Descent::new(assembly).ok()??;
+        DESCENTS.iter().find_map(|stages| {
+            let guess = descent.rest(stages)?;
+            let found = assembly.equilibrium(Some(&guess), tolerance).ok()?;
+            (found.index == 0).then_some(AssemblyEquilibrium {
+                route: AssemblyRoute::Fallen,
+                ..found
+            })
         })
     };
-    let borne = assembly
-        .links()
-        .iter()
-        .any(|link| link.distributed().is_some());
-    if borne && let Some(found) = below() {
+    let mut links = assembly.links().iter();
+    let is_loaded = links.any(|link| link.distributed().is_some());
+    if is_loaded && let Some(found) = fallen() {
         return Ok(found);
     }
     let led = assembly.equilibrium(None, tolerance);
-    match &led {
-        Ok(found) if found.index == 0 || borne => led,
-        Err(_) if borne => led,
-        _ => below().map_or(led, Ok),
+    if is_loaded || led.as_ref().is_ok_and(|found| found.index == 0) {
+        return led;
     }
+    fallen().map_or(led, Ok)
 }
 
-/// The configuration at rest to which an assembly falls from its unloaded rods. `None` if no descent can be made, and
-/// if the descent does not end in a stable equilibrium. Joints with axes, grooves, forces at points of rods, and loads
-/// without a potential allow no descent.
-pub fn descended(assembly: &Assembly) -> Option<Configuration> {
-    let movable = assembly
-        .carriers()
-        .iter()
-        .all(|body| body.groove().is_none() && body.guide().is_none_or(Guide::is_plane));
-    let at_points = |link: &Link| {
-        link.distributed()
-            .is_some_and(|load| load.points().next().is_some())
-    };
-    if assembly.links().iter().any(at_points) {
-        return None;
-    }
-    if !movable || !assembly.is_conservative(0.0) || !assembly.is_held() {
-        return None;
-    }
-    Descent::new(assembly)?.rest()
-}
-
-/// An assembly in elements, with the size of its wrenches.
+/// An assembly in elements.
 struct Descent<'a> {
     assembly: &'a Assembly,
     model: ElementAssembly,
     start: DVector<f64>,
     /// Mean length of the rods.
     length: f64,
+}
+
+/// A state that lies lower.
+struct Lower {
+    y: DVector<f64>,
+    at: ElementMoment,
+    energy: f64,
+    /// Length of the step to the state.
+    far: f64,
+    /// True if the energy fell by half the predicted fall at least.
+    good: bool,
 }
 
 /// Force of all loads on a rod and on all bodies.
@@ -126,7 +130,13 @@ fn force_on(assembly: &Assembly, link: &Link) -> f64 {
 /// Number of elements of a rod under a force, for each interval between its breaks.
 fn counts(link: &Link, given: &RodDescription, force: f64) -> Result<Vec<usize>> {
     let length = link.rod().length();
-    let stiffness = link.units()[0] * length;
+    // The reference stiffness is the harmonic mean of both bending stiffnesses; out of the plane a rod is nearly rigid.
+    let bent = if link.bending_director().is_some() {
+        0.5
+    } else {
+        1.0
+    };
+    let stiffness = bent * link.units()[0] * length;
     let lam = (force * length * length / stiffness).sqrt();
     let breaks = given.breaks();
     let ends: Vec<f64> = [0.0].iter().chain(&breaks).chain(&[1.0]).copied().collect();
@@ -141,12 +151,35 @@ fn counts(link: &Link, given: &RodDescription, force: f64) -> Result<Vec<usize>>
     Ok(counts)
 }
 
-impl<'a> Descent<'a> {
-    fn new(assembly: &'a Assembly) -> Option<Self> {
-        Self::made(assembly).ok()
+/// Tie of a rod's end in the descent. A ball joint stands for the node of a joint on which the rod turns freely.
+/// `None` for other joints.
+fn tie(assembly: &Assembly, link: &Link, on: &Attachment, joint: Joint) -> Option<Tie> {
+    let in_plane = link.bending_director().is_some();
+    let node = on.carried_by().map(|body| &assembly.carriers()[body]);
+    match node.and_then(Body::joint) {
+        None => Some(Tie {
+            on: on.clone(),
+            joint,
+        }),
+        Some(guide) => guide.turns_freely(in_plane).then(|| Tie {
+            on: guide.on().clone(),
+            joint: Joint::Ball,
+        }),
     }
+}
 
-    fn made(assembly: &'a Assembly) -> Result<Self> {
+impl<'a> Descent<'a> {
+    /// The assembly in elements. `None` if no descent can be made. Grooves, forces at points of rods and loads without
+    /// a potential allow none. A joint must be a ball joint, or a hinge that turns in the plane of the assembly. The
+    /// plane must be normal to an axis of the world.
+    fn new(assembly: &'a Assembly) -> Result<Option<Self>> {
+        let mut loads = assembly.links().iter().filter_map(Link::distributed);
+        let at_points = loads.any(|load| load.points().next().is_some());
+        let mut bodies = assembly.carriers().iter();
+        let in_grooves = bodies.any(|body| body.groove().is_some());
+        if at_points || in_grooves || !assembly.is_conservative(0.0) || !assembly.is_held() {
+            return Ok(None);
+        }
         let mut links = Vec::new();
         let mut elements = Vec::new();
         for link in assembly.links() {
@@ -155,84 +188,100 @@ impl<'a> Descent<'a> {
             let active: Vec<usize> = (0..6).filter(|k| !rigid[*k]).collect();
             let length = rod.length();
             let force = force_on(assembly, link);
+            let mass = (link.units()[3] + force) / length;
             let given = RodDescription {
                 law: Law::new(rod.law().clone(), None, &active)?.along(length),
                 curve: Curve::Space,
-                mass: (link.units()[3] + force) / length,
-                rotary: None,
+                mass,
+                rotary: Some(Matrix3::identity() * (mass * length * GYRATION.powi(2))),
                 along: None,
                 grain: PointMass::new(1.0)?,
                 distributed: link.distributed().cloned(),
                 body: None,
                 diameter: None,
             };
-            let rotary = given.mass / length * (GYRATION * length).powi(2);
-            let given = RodDescription {
-                rotary: Some(Matrix3::identity() * rotary),
-                ..given
-            };
             elements.push(counts(link, &given, force)?);
             let [base, end] = link.joints();
-            let tie = |on: &Attachment, joint| Tie {
-                on: on.clone(),
-                joint,
+            let (Some(from), Some(to)) = (
+                tie(assembly, link, link.from(), base),
+                tie(assembly, link, link.to(), end),
+            ) else {
+                return Ok(None);
             };
             links.push(HeavyLink {
                 rod: HeavyRod::coarse(given)?,
-                from: tie(link.from(), base),
-                to: Some(tie(link.to(), end)),
+                from,
+                to: Some(to),
             });
         }
-        let bodies = assembly.carriers().iter();
+        let bodies = assembly.solids().iter();
         let bodies = bodies.map(|body| body.clone().standing_at(0.0)).collect();
         let mesh = Mesh {
             elements,
             degree: DEGREE,
         };
         let mut model = ElementAssembly::new(&HeavyAssembly::new(bodies, links)?, mesh)?;
-        if let Some(axis) = plane_of(assembly)? {
+        let unloaded = assembly.unloaded(SHAPE)?.bodies;
+        let normal = normal(assembly, &unloaded);
+        if let Some(normal) = normal {
+            let axis = normal.iamax();
+            if (normal[axis].abs() - 1.0).abs() > AXIS {
+                return Ok(None);
+            }
             model = model.with_freedoms(Freedoms::Plane(axis));
         }
         let count = assembly.links().len() as f64;
         let length = assembly.links().iter().map(|link| link.rod().length());
-        Ok(Self {
-            start: start(assembly, &model)?,
+        Ok(Some(Self {
+            start: start(assembly, &model, &unloaded, normal)?,
             length: length.sum::<f64>() / count,
             assembly,
             model,
-        })
+        }))
     }
 
-    /// Falls with softer and then with stiff springs; None unless the end is stable.
-    fn rest(mut self) -> Option<Configuration> {
+    /// Falls with springs of rigid strains that grow stage by stage. `None` unless the end is stable and the rigid
+    /// strains are near their values in the unloaded rod.
+    fn rest(&mut self, stages: &[f64]) -> Option<Configuration> {
         let mut y = self.start.clone();
-        let springs: Vec<Vec<(usize, f64)>> = self
-            .model
-            .rods
-            .iter()
-            .map(|rod| rod.springs.clone())
-            .collect();
-        // A rod gives way by its load over the stiffness of its springs, not by more than in a motion.
-        let loads: Vec<f64> = self
-            .assembly
-            .links()
-            .iter()
-            .map(|link| 1.0 + force_on(self.assembly, link) / link.units()[3])
-            .collect();
-        for (k, stage) in STAGES.iter().enumerate() {
-            for ((rod, springs), load) in self.model.rods.iter_mut().zip(&springs).zip(&loads) {
-                rod.springs = springs
-                    .iter()
-                    .map(|(i, spring)| (*i, spring * stage * load))
-                    .collect();
+        let is_rigid = self.model.rods.iter().any(|rod| !rod.springs.is_empty());
+        for (k, stage) in stages.iter().enumerate() {
+            let is_last = k + 1 == stages.len();
+            if !(is_rigid || is_last) {
+                continue;
             }
-            let last = k + 1 == STAGES.len();
-            y = self.fallen(y, if last { CONVERGED } else { LOOSE }, last)?;
-            if springs.iter().all(Vec::is_empty) && last {
-                break;
+            for (rod, link) in self.model.rods.iter_mut().zip(self.assembly.links()) {
+                // A rod gives way by its load over the stiffness of its springs.
+                let load = 1.0 + force_on(self.assembly, link) / link.units()[3];
+                let couple = link.units()[0] * link.rod().length() * load * stage / GIVE;
+                let force = couple / link.rod().length().powi(2);
+                for (k, spring) in &mut rod.springs {
+                    *spring = if *k < 3 { couple } else { force };
+                }
+            }
+            y = self.fallen(y, if is_last { CONVERGED } else { LOOSE }, is_last)?;
+        }
+        let at = self.model.moment(&y)?;
+        (!self.has_sunk(&at)?).then(|| self.configuration(&at))
+    }
+
+    /// True if a rigid strain is far from its value in the unloaded rod.
+    fn has_sunk(&self, at: &ElementMoment) -> Option<bool> {
+        for (k, rod) in self.model.rods.iter().enumerate() {
+            for element in &rod.elements {
+                let s = 0.5 * (element.from + element.to);
+                let rest = rod.law().unloaded(s).ok()?;
+                let strain = self.model.strains(at, k, &[s])[0];
+                if rod
+                    .springs
+                    .iter()
+                    .any(|(i, _)| (strain[*i] - rest[*i]).abs() > SUNK)
+                {
+                    return Some(true);
+                }
             }
         }
-        self.configuration(&y)
+        Some(false)
     }
 
     fn energy(&self, at: &ElementMoment) -> f64 {
@@ -240,10 +289,9 @@ impl<'a> Descent<'a> {
         elastic + potential
     }
 
-    /// State after a descent whose last step is at most `until`.
-    fn fallen(&self, mut y: DVector<f64>, until: f64, last: bool) -> Option<DVector<f64>> {
+    /// State after a descent whose last step is at most `until`. The last stage must end with such a step.
+    fn fallen(&self, mut y: DVector<f64>, until: f64, is_last: bool) -> Option<DVector<f64>> {
         let model = &self.model;
-        let speeds = PLACE * model.sites();
         let mut at = model.moment(&y)?;
         let mut energy = self.energy(&at);
         let mut shift = SHIFT;
@@ -251,57 +299,64 @@ impl<'a> Descent<'a> {
         for _ in 0..STEPS {
             let linear = model.linearised(&y)?;
             model.slope(&y, &mut slope)?;
-            let moved = loop {
-                if shift > 1e12 {
-                    // Rounding hides any further fall.
-                    return (!last).then_some(y);
+            let lower = loop {
+                match self.lower(&y, &at, energy, &linear, &slope, shift) {
+                    None if shift < LARGEST => shift *= GROWTH,
+                    lower => break lower,
                 }
-                let factor = linear.shifted(f64::sqrt(shift));
-                let Some(factor) = factor.filter(super::ElementFactor::is_positive) else {
-                    shift *= 4.0;
-                    continue;
-                };
-                let mut step = slope.clone();
-                if !factor.solve(&mut step) {
-                    shift *= 4.0;
-                    continue;
-                }
-                let far = self.far(&step);
-                if far > LONGEST {
-                    shift *= 4.0;
-                    continue;
-                }
-                let mut next = &y + &step;
-                next.rows_mut(speeds, TWIST * model.sites()).fill(0.0);
-                next.rows_mut(model.time(), INTEGRALS).fill(0.0);
-                for i in 0..model.sites() {
-                    let mut turn = next.fixed_rows_mut::<4>(PLACE * i + 3);
-                    let norm = turn.norm();
-                    turn /= norm;
-                }
-                let Some(there) = model.moment(&next) else {
-                    shift *= 4.0;
-                    continue;
-                };
-                let new = self.energy(&there);
-                let fall = self.predicted(&at, &step, shift);
-                let rounding = 1e-12 * (1.0 + energy.abs() + at.elastic);
-                if energy - new < ENOUGH * fall - rounding {
-                    shift *= 4.0;
-                    continue;
-                }
-                let good = energy - new > 0.5 * fall - rounding;
-                (y, at, energy) = (next, there, new);
-                if good {
-                    shift = (shift * 0.1).max(LEAST);
-                }
-                break far;
             };
-            if moved <= until && shift <= LEAST.max(1e-6 * until.log10().abs()) {
+            let Some(lower) = lower else {
+                // Rounding hides any further fall.
+                break;
+            };
+            (y, at, energy) = (lower.y, lower.at, lower.energy);
+            if lower.good {
+                shift = (shift * FALL).max(LEAST);
+            }
+            if lower.far <= until && shift <= NONE {
                 return Some(y);
             }
         }
-        (!last).then_some(y)
+        (!is_last).then_some(y)
+    }
+
+    /// The state one step on, with a shift; `None` if the energy is not convex with the shift, or does not fall.
+    fn lower(
+        &self,
+        y: &DVector<f64>,
+        at: &ElementMoment,
+        energy: f64,
+        linear: &ElementLinear,
+        slope: &DVector<f64>,
+        shift: f64,
+    ) -> Option<Lower> {
+        let model = &self.model;
+        let factor = linear.shifted(shift.sqrt())?;
+        let mut step = slope.clone();
+        if !factor.is_positive() || !factor.solve(&mut step) {
+            return None;
+        }
+        let far = self.far(&step);
+        let mut next = y + &step;
+        next.rows_mut(PLACE * model.sites(), TWIST * model.sites())
+            .fill(0.0);
+        next.rows_mut(model.time(), INTEGRALS).fill(0.0);
+        for i in 0..model.sites() {
+            let mut turn = next.fixed_rows_mut::<4>(PLACE * i + 3);
+            let norm = turn.norm();
+            turn /= norm;
+        }
+        let there = model.moment(&next).filter(|_| far <= LONGEST)?;
+        let new = self.energy(&there);
+        let fall = self.predicted(at, &step, shift);
+        let rounding = ROUNDING * (1.0 + energy.abs() + at.elastic);
+        (energy - new >= ENOUGH * fall - rounding).then_some(Lower {
+            good: energy - new > 0.5 * fall - rounding,
+            y: next,
+            at: there,
+            energy: new,
+            far,
+        })
     }
 
     /// Length of a step, in radians and mean rod lengths.
@@ -329,22 +384,34 @@ impl<'a> Descent<'a> {
         0.5 * works.sum::<f64>()
     }
 
-    /// Poses of the bodies and charts of the rods.
-    fn configuration(&self, y: &DVector<f64>) -> Option<Configuration> {
-        let at = self.model.moment(y)?;
-        let bodies = self.model.motions(&at);
+    /// Poses of the bodies and joints, and charts of the rods.
+    fn configuration(&self, at: &ElementMoment) -> Configuration {
+        let mut bodies = self.model.motions(at);
+        let none = BodyMotion::at_rest(Isometry3::identity());
+        bodies.resize(self.assembly.carriers().len(), none);
+        let solids = self.assembly.solids().len();
+        for (link, nodes) in self.assembly.links().iter().zip(&at.nodes) {
+            let ends = [(link.from(), nodes.first()), (link.to(), nodes.last())];
+            for (on, node) in ends {
+                if let (Some(joint), Some(node)) = (on.carried_by(), node)
+                    && joint >= solids
+                {
+                    bodies[joint] = node.motion();
+                }
+            }
+        }
         let spanning = self.assembly.links().iter().any(Link::is_pinned);
-        let held = spanning.then(|| self.assembly.held(bodies.clone(), 1e-6));
+        let held = spanning.then(|| self.assembly.held(bodies.clone(), SPANNING));
         let links = self.assembly.links().iter().enumerate();
         let charts = links.map(|(k, link)| match &held {
             Some(held) if link.is_pinned() => held.charts[k],
-            _ => self.chart(&at, k, link),
+            _ => self.chart(at, k, link),
         });
-        Some(Configuration {
+        Configuration {
             charts: charts.collect(),
             bodies,
             spins: Vec::new(),
-        })
+        }
     }
 
     /// Base wrench of a rod, along its directors, in its units: the pull of the strains on the first node, and the
@@ -362,32 +429,23 @@ impl<'a> Descent<'a> {
     }
 }
 
-/// Axis of the world normal to the plane of an assembly in a plane.
-///
-/// # Errors
-/// A plane that is not normal to an axis of the world.
-fn plane_of(assembly: &Assembly) -> Result<Option<usize>> {
-    let mut axis = None;
-    for body in assembly.carriers() {
-        let Some(guide) = body.guide() else {
-            continue;
-        };
-        let normal = guide.normal();
-        let most = normal.iamax();
-        if (normal[most].abs() - 1.0).abs() > 1e-12 {
-            return Err(Error::domain(
-                "the descent has planes normal to axes of the world",
-            ));
-        }
-        axis = Some(most);
-    }
-    Ok(axis)
+/// Normal of the plane of a planar assembly, in the world.
+fn normal(assembly: &Assembly, bodies: &[BodyMotion]) -> Option<Vector3<f64>> {
+    let mut links = assembly.links().iter();
+    links.find_map(|link| {
+        let director = Vector3::ith(link.bending_director()?, 1.0);
+        Some(link.from().at(0.0, bodies).pose.rotation * director)
+    })
 }
 
-/// State of the unloaded rods, with the gap at their ends spread along them, and a bow.
-fn start(assembly: &Assembly, model: &ElementAssembly) -> Result<DVector<f64>> {
-    let unloaded = assembly.unloaded(SHAPE)?;
-    let bodies = &unloaded.bodies;
+/// A state of rods with a small bow, in their unloaded shapes but for the gaps at their ends. Each gap is spread along
+/// its rod. The bow lies in the plane of a planar assembly.
+fn start(
+    assembly: &Assembly,
+    model: &ElementAssembly,
+    bodies: &[BodyMotion],
+    normal: Option<Vector3<f64>>,
+) -> Result<DVector<f64>> {
     let mut rods = Vec::new();
     for (k, link) in assembly.links().iter().enumerate() {
         let length = link.rod().length();
@@ -405,15 +463,18 @@ fn start(assembly: &Assembly, model: &ElementAssembly) -> Result<DVector<f64>> {
             continue;
         };
         let shift = tip.translation.vector - end.translation.vector;
-        let turn = if link.joint().turns() {
+        let turn = if model.turns_at_end(k) {
             Vector3::zeros()
         } else {
             (tip.rotation * end.rotation.inverse()).scaled_axis()
         };
-        let across = [base.rotation * Vector3::x(), base.rotation * Vector3::y()];
+        let [first, second, tangent] = [0, 1, 2].map(|k| base.rotation * Vector3::ith(k, 1.0));
+        let across = normal.map_or(first * BOW[0] + second * BOW[1], |normal| {
+            normal.cross(&tangent) * BOW[0]
+        });
         let motions = places.iter().zip(&poses).map(|(s, pose)| {
             let bow = length * (std::f64::consts::PI * s).sin().powi(2);
-            let aside = shift * *s + (across[0] * BOW[0] + across[1] * BOW[1]) * bow;
+            let aside = shift * *s + across * bow;
             let rotation = UnitQuaternion::from_scaled_axis(turn * *s) * pose.rotation;
             BodyMotion::at_rest(Isometry3::from_parts(
                 Translation3::from(pose.translation.vector + aside),
@@ -422,5 +483,5 @@ fn start(assembly: &Assembly, model: &ElementAssembly) -> Result<DVector<f64>> {
         });
         rods.push(motions.collect());
     }
-    Ok(model.state(bodies, &rods))
+    Ok(model.state(&bodies[..assembly.solids().len()], &rods))
 }

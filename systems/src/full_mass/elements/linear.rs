@@ -478,7 +478,7 @@ impl<const D: usize> Matrices<D> {
 }
 
 impl ElementFactor<f64> {
-    /// True if the symmetric matrix of which these are the factors is positive definite.
+    /// True if the factored matrix, which is symmetric, is positive definite.
     pub fn is_positive(&self) -> bool {
         match &self.factors {
             Factors::Plane(factors) => factors.is_positive(&self.shared.pattern),

@@ -17,7 +17,7 @@ mod sample;
 mod strain_at_point;
 mod system;
 
-pub use descent::{descended, equilibrium};
+pub use descent::equilibrium;
 pub use linear::{ElementFactor, ElementLinear};
 pub use system::{ElementMoment, INTEGRALS};
 
@@ -40,7 +40,8 @@ use std::sync::Arc;
 const GIVE: f64 = 1e-6;
 /// Radius of gyration, over the distance of the nodes, of sections without rotary inertia.
 const SLENDER: f64 = 1e-2;
-/// Distance from the end of an element, over its length, at which the mass there is taken.
+/// Distance between a node at the end of an element and the place of its mass density, over the element's length: a
+/// density may jump between two elements.
 const ASIDE: f64 = 1e-12;
 
 /// Carrier of a node's position or rotation: a place on the ground, or a site, by number.
@@ -289,7 +290,7 @@ impl ElementAssembly {
             }
         }
         let (_, lobatto_weights) = lobatto(degree + 1);
-        // The mass of a node between two elements comes from both, which matters where it jumps.
+        // A node between two elements has mass from both: the density may jump there.
         let mut parts = vec![Vec::with_capacity(2); places.len()];
         for element in &elements {
             let h = element.to - element.from;
@@ -474,6 +475,12 @@ impl ElementAssembly {
             .map(|mass| mass.next_break(t))
             .chain(supports.map(|support| support.next_break(t)))
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if the end of rod `k` has a rotation of its own, not that of its attachment.
+    fn turns_at_end(&self, k: usize) -> bool {
+        let last = self.rods[k].nodes.last();
+        last.is_some_and(|node| node.turn != node.shift)
     }
 
     /// Sites of the nodes of the rods' own, given by motions of all nodes rod by rod and of the listed bodies.
