@@ -429,7 +429,8 @@ impl AssemblyRun {
             return Ok(self.stuck(Cause::Ledger { relative }, remedy));
         }
         let (point, fold) = (&here.at.points[link], here.at.now.charts[link]);
-        let rod = self.assembly.links()[link].with_base_rotation(&point.base.pose.rotation);
+        let time = here.at.integrals.time;
+        let rod = self.assembly.links()[link].seen_at(time, &point.base.pose.rotation)?;
         let held = point.held();
         let folding = rod.clone().into_owned();
         if let Some(crossing) = crossing
@@ -531,7 +532,7 @@ fn first_step(state: &StateVector, slope: &StateVector, tolerance: f64) -> f64 {
 fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
     let rods = assembly.links().iter().zip(&at.points).zip(&at.now.charts);
     rods.map(|((link, point), q)| {
-        let seen = link.with_base_rotation(&point.base.pose.rotation);
+        let seen = link.seen_at(at.integrals.time, &point.base.pose.rotation)?;
         seen.index(q, &point.held(), tolerance)
     })
     .collect()

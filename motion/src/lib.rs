@@ -45,4 +45,4 @@ pub use run::{Run, Sample, on_elastica};
 pub use sheet::{OnSheet, Phase, Progress};
 pub use snap::{LandingRule, Snap, SnapEnd};
 pub use snaprod_systems::error::{Cause, Error, Result, Stuck};
-pub use state::{Labels, RodCurve, State, StateRef, curve_outward, outward};
+pub use state::{Labels, RodCurve, SectionState, State, StateRef, curve_outward, outward};

@@ -3,11 +3,12 @@
 use super::Ledger;
 use super::run::Sample;
 use super::viscoelastic::{ViscousSample, near_equilibrium};
-use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Vector2, Vector3, Vector6};
 use snaprod_systems::assembly::{BodyMotion, Configuration};
 use snaprod_systems::elastica::chart::ChartPoint;
 use snaprod_systems::elastica::{Elastica, Equilibrium};
 use snaprod_systems::manifold::{EquilibriumManifold, Sheet};
+use snaprod_systems::math::difference::derivative;
 use snaprod_systems::math::se3::join;
 use snaprod_systems::section::Strain;
 use snaprod_systems::viscoelastic::grid::Grid;
@@ -105,9 +106,27 @@ pub trait State {
         vec![0.0; places.len()]
     }
 
+    /// Sections in motion of rod number `rod` at arc lengths in [0, 1], in growing order. Rods with a free end come
+    /// after the others. Empty if the strains give no shape. Velocities of light rods are differences between
+    /// equilibria, with errors of some 1e-8 of the largest.
+    fn moving_sections(&self, rod: usize, places: &[f64]) -> Vec<SectionState>;
+
     /// Sections from the clamp to the end: `points` of them for a rod on a sheet, `points` per element and
     /// the two ends for a rod with strains. Empty if the strains give no shape.
     fn sections(&self, points: usize) -> RodCurve;
+}
+
+/// A section of a rod in motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SectionState {
+    /// Pose.
+    pub pose: Isometry3<f64>,
+    /// (angular velocity, velocity); NaN for a light rod at a fold, where velocities are infinite.
+    pub twist: Vector6<f64>,
+    /// The six strains.
+    pub strain: Strain,
+    /// (couple, force) along the directors.
+    pub resultants: Vector6<f64>,
 }
 
 /// Sections of a rod from its base to its end, each by its arclength in the unstrained rod and its pose.
@@ -174,6 +193,9 @@ pub(super) fn planar(x: f64, y: f64, theta: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::new(x, y, 0.0).into(), turn.into())
 }
 
+/// Relative change of the chart over the step of the differences for velocities along an elastica.
+const CHANGE: f64 = 1e-3;
+
 /// The strains of a rod of this curvature in the plane.
 fn bent(curvature: f64) -> Strain {
     Strain::new(curvature, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -228,6 +250,49 @@ impl State for Sample<2> {
             .iter()
             .map(|s| bent(curvature(s).unwrap_or(f64::NAN)))
             .collect()
+    }
+
+    fn moving_sections(&self, _rod: usize, places: &[f64]) -> Vec<SectionState> {
+        let q = self.phase.q;
+        let at = |q: Vector2<f64>| Equilibrium::new(q[0], q[1]).ok();
+        let (Some(rod), Some(here)) = (self.rod(), Elastica.point(&q)) else {
+            return Vec::new();
+        };
+        let rate = here.jacobian.lu().solve(&self.phase.v);
+        let step = rate.map(|rate| match rate.norm() / (1.0 + q.norm()) {
+            0.0 => 0.0,
+            speed => CHANGE / speed,
+        });
+        let beside = |dt: f64, s: f64| at(q + rate? * dt)?.section(s).ok();
+        let twist = |s: f64| -> Option<Vector6<f64>> {
+            let step = step.filter(|step| step.is_finite())?;
+            if step == 0.0 {
+                return Some(Vector6::zeros());
+            }
+            derivative(step, |dt| {
+                let (before, after) = (beside(-dt, s)?, beside(dt, s)?);
+                let turn = after.theta - before.theta;
+                let [x, y] = [after.x - before.x, after.y - before.y];
+                Some(Vector6::new(0.0, 0.0, turn, x, y, 0.0))
+            })
+        };
+        let n = -self.force;
+        let section = |s: &f64| {
+            let section = rod.section(*s).ok()?;
+            let (sin, cos) = section.theta.sin_cos();
+            let force = [n[0] * sin - n[1] * cos, n[0] * cos + n[1] * sin];
+            Some(SectionState {
+                pose: planar(section.x, section.y, section.theta),
+                twist: twist(*s).unwrap_or(Vector6::repeat(f64::NAN)),
+                strain: bent(section.curvature),
+                resultants: Vector6::new(section.curvature, 0.0, 0.0, 0.0, force[0], force[1]),
+            })
+        };
+        places
+            .iter()
+            .map(section)
+            .collect::<Option<_>>()
+            .unwrap_or_default()
     }
 
     fn sections(&self, points: usize) -> RodCurve {
@@ -285,6 +350,33 @@ impl State for ViscousSample<Plane, 1, 2> {
     fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {
         let strains = self.strains_at(places);
         strains.iter().map(|e| bent(e[0])).collect()
+    }
+
+    fn moving_sections(&self, _rod: usize, places: &[f64]) -> Vec<SectionState> {
+        let (grid, at) = (&self.grid, &self.configuration);
+        let tangents = at.shape.tangents();
+        let mut spins = vec![Local::<1>::zeros(); grid.len()];
+        grid.integrate(&self.flow.rates, &mut spins);
+        let turned = spins.iter().zip(tangents);
+        let velocities: Vec<_> = turned
+            .map(|(spin, t)| Vector2::new(-t.y, t.x) * spin[0])
+            .collect();
+        let strains = self.strains_at(places);
+        let resultants = grid.at_each(&self.resultants(&Plane), places);
+        let each = places.iter().zip(strains).zip(resultants);
+        each.map(|((s, strain), resultants)| {
+            let r = grid.integral_at(tangents, *s);
+            let theta = grid.integral_at(&at.strains, *s)[0];
+            let spin = grid.integral_at(&self.flow.rates, *s)[0];
+            let v = grid.integral_at(&velocities, *s);
+            SectionState {
+                pose: planar(r.x, r.y, theta),
+                twist: Vector6::new(0.0, 0.0, spin, v.x, v.y, 0.0),
+                strain: bent(strain[0]),
+                resultants,
+            }
+        })
+        .collect()
     }
 
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
@@ -357,6 +449,25 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
         let active: Vec<Local<M>> = self.strains_at(places);
         let space = Space::<M, D>::new();
         active.iter().map(|e| space.strain(e)).collect()
+    }
+
+    fn moving_sections(&self, rod: usize, places: &[f64]) -> Vec<SectionState> {
+        let space = Space::<M, D>::new();
+        let (grid, at) = (&self.grid, &self.configuration);
+        let [spins, velocities] = space.rates_along(grid, &at.shape, &at.strains, &self.flow.rates);
+        let resultants = grid.at_each(&self.resultants(&space), places);
+        let each = places.iter().zip(self.strains_of(rod, places));
+        each.zip(resultants)
+            .map(|((s, strain), resultants)| SectionState {
+                pose: space.section_at(grid, &at.shape, &at.strains, *s),
+                twist: join(
+                    &grid.integral_at(&spins, *s),
+                    &grid.integral_at(&velocities, *s),
+                ),
+                strain,
+                resultants,
+            })
+            .collect()
     }
 
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {

@@ -87,7 +87,8 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
         Ok(scenery)
     };
     let sceneries = drawn.iter().zip(&extents).map(scenery);
-    let sceneries: Vec<Scenery> = sceneries.collect::<Result<_>>()?;
+    let mut sceneries: Vec<Scenery> = sceneries.collect::<Result<_>>()?;
+    Scenery::share(&mut sceneries);
     let columns = match data.modes.len() {
         0..=2 => data.modes.len(),
         4 => 2,

@@ -3,14 +3,19 @@
 use super::axes::SMALL;
 use super::canvas::{Canvas, Pen, Side, Type};
 use super::geometry::{
-    Pixel, Point, along, apart, between, cross, dot, drawable, heading, minus, norm, tangent, unit,
+    Pixel, Point, along, apart, between, cross, dot, dotted, drawable, finite, heading, length,
+    minus, norm, tangent, thin, unit,
 };
+use super::labels;
 use super::palette::{Colour, GREY, INK, WHITE, category};
 use super::scenery::{Ground, Scenery, SpaceBody, SpaceRod, pen};
 use super::stage::Stage;
 
 /// Depth difference, as a part of the box, below which crossing things count as touching: no rim is cut.
 const TOUCHING: f64 = 0.025;
+
+/// Distance from a drawn line, in pixels, that nobody sees.
+const THIN: f64 = 0.06;
 
 /// Colour of the k-th director and of the components along it.
 fn director(k: usize) -> Colour {
@@ -21,9 +26,11 @@ fn director(k: usize) -> Colour {
 pub(crate) struct Painter<'a> {
     stage: &'a Stage,
     halo: bool,
+    /// Length in pixels of the pieces of lines, which are painted in order of their distance.
+    piece: f64,
     things: Vec<(f64, Vec<Ink>)>,
     plates: Vec<[Point; 8]>,
-    /// Words lie over everything.
+    /// Words beside points lie over everything.
     words: Vec<(Pixel, &'static str, Colour)>,
 }
 
@@ -49,6 +56,8 @@ impl<'a> Painter<'a> {
         Self {
             stage,
             halo,
+            // In a plane nothing passes behind another.
+            piece: if halo { 9.0 } else { 28.0 },
             things: Vec::new(),
             plates: Vec::new(),
             words: Vec::new(),
@@ -68,9 +77,17 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Paints from back to front.
+    /// Paints from back to front. Parts in one plane are painted in their order.
     pub(crate) fn paint(mut self, canvas: &mut Canvas) {
-        self.things.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let inks = self.things.iter().flat_map(|(_, inks)| inks);
+        let lines = inks.filter_map(|ink| match ink {
+            Ink::Line(line, _) => Some(line),
+            _ => None,
+        });
+        let ink: Vec<Pixel> = lines.flat_map(|line| dotted(line, 3.0)).collect();
+        if self.halo {
+            self.things.sort_by(|a, b| b.0.total_cmp(&a.0));
+        }
         for ink in self.things.into_iter().flat_map(|(_, inks)| inks) {
             match ink {
                 Ink::Area(corners, colour) => canvas.polygon(&corners, colour, 1.0),
@@ -82,9 +99,20 @@ impl<'a> Painter<'a> {
                 }
             }
         }
-        for (at, word, colour) in self.words {
+        let words: Vec<(Pixel, &str)> = self
+            .words
+            .iter()
+            .map(|(at, word, _)| (*at, *word))
+            .collect();
+        let tips: Vec<Pixel> = words.iter().map(|(at, _)| *at).collect();
+        let placed = labels::place(self.stage.area(), &ink, &tips, &words);
+        for ((_, word, colour), placed) in self.words.iter().zip(placed) {
+            let colour = colour.shade(0.25);
+            if let Some(leader) = placed.leader {
+                canvas.line(&leader, Pen::new(colour, 0.6));
+            }
             let font = Type::new(SMALL, Side::Middle, Side::Middle);
-            canvas.halo_text(at, word, font.colour(colour.shade(0.25)));
+            canvas.halo_text(placed.at, word, font.colour(colour));
         }
     }
 
@@ -127,7 +155,7 @@ impl<'a> Painter<'a> {
                     let tip = along(end, with.arm, d);
                     self.arrow(end, tip, Pen::new(director(k), 1.6), 1);
                     if !(rod.unstable && with.dashed_unnamed) {
-                        self.word(end, tip, word, director(k));
+                        self.word(tip, word, director(k));
                     }
                 }
             }
@@ -140,7 +168,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// The rod cut into pieces of some eight pixels, or into its dashes.
+    /// The rod cut into pieces for the order of painting, longer ones in a plane, or into its dashes.
     fn pieces(&self, rod: &SpaceRod, pen: Pen) -> Vec<Vec<Station>> {
         let step = if pen.dash.is_some() { 1.5 } else { 7.0 };
         let station = |at: Point, side: Option<Point>| Station {
@@ -183,7 +211,7 @@ impl<'a> Painter<'a> {
                     piece.push(next);
                 }
                 let wanted = match pen.dash {
-                    None => 7.0,
+                    None => self.piece,
                     Some((on, _)) if drawing => on - pen.width,
                     Some((_, off)) => off + pen.width,
                 };
@@ -211,13 +239,14 @@ impl<'a> Painter<'a> {
             ..pen
         };
         let line: Vec<Pixel> = piece.iter().map(|s| s.pixel).collect();
+        let line = thin(&line, THIN);
         let mut inks = Vec::new();
         let sides: Option<Vec<Point>> = piece.iter().map(|s| s.side).collect();
         if let Some(sides) = sides.filter(|_| ribbon > 0.0) {
             let edge = |sign: f64| -> Vec<Pixel> {
                 let at = piece.iter().zip(&sides);
-                at.map(|(s, d)| self.stage.pixel(along(s.at, 0.5 * sign * ribbon, *d)))
-                    .collect()
+                let edge = at.map(|(s, d)| self.stage.pixel(along(s.at, 0.5 * sign * ribbon, *d)));
+                thin(&edge.collect::<Vec<Pixel>>(), THIN)
             };
             let (left, right) = (edge(1.0), edge(-1.0));
             let run = minus(piece[piece.len() - 1].at, piece[0].at);
@@ -285,10 +314,17 @@ impl<'a> Painter<'a> {
 
     /// Adds a line, as the path of a point, hidden by nearer things.
     pub(crate) fn path(&mut self, points: &[Point], pen: Pen) {
-        for pair in points.windows(2).filter(|pair| pair.iter().all(drawable)) {
-            let line = pair.iter().map(|p| self.stage.pixel(*p)).collect();
-            let middle = between(pair[0], pair[1], 0.5);
-            self.add(middle, vec![Ink::Line(line, pen)]);
+        for run in points.split(|p| !drawable(p)) {
+            let pixels: Vec<Pixel> = run.iter().map(|p| self.stage.pixel(*p)).collect();
+            let mut from = 0;
+            for to in 1..run.len() {
+                let line = &pixels[from..=to];
+                if to + 1 == run.len() || length(line) > self.piece {
+                    let middle = between(run[from], run[to], 0.5);
+                    self.add(middle, vec![Ink::Line(thin(line, THIN), pen)]);
+                    from = to;
+                }
+            }
         }
     }
 
@@ -315,8 +351,10 @@ impl<'a> Painter<'a> {
         let mut inks = Vec::new();
         for (face, tint) in faces {
             let at = middle(&face);
-            // The solid is convex, so faces towards the eye do not hide each other.
-            if dot(minus(at, centre), self.stage.towards_eye(at)) > 0.0 {
+            // The solid is convex, so faces towards the eye do not hide each other. Those of a flat one are at its
+            // centre.
+            let facing = dot(minus(at, centre), self.stage.towards_eye(at));
+            if facing > -1e-9 * self.stage.size() {
                 let ring: Vec<Pixel> = face.map(|i| self.stage.pixel(corners[i])).to_vec();
                 let mut outline = ring.clone();
                 outline.push(ring[0]);
@@ -327,12 +365,12 @@ impl<'a> Painter<'a> {
         self.add(centre, inks);
     }
 
-    /// Adds a word beyond the point of an arrow.
-    pub(crate) fn word(&mut self, from: Point, to: Point, word: &'static str, colour: Colour) {
-        let (a, b) = (self.stage.pixel(from), self.stage.pixel(to));
-        let way = heading(a, b).unwrap_or((0.7, -0.7));
-        let at = (b.0 + 10.0 * way.0, b.1 + 9.0 * way.1);
-        self.words.push((at, word, colour));
+    /// Adds a word beside the point of an arrow.
+    pub(crate) fn word(&mut self, at: Point, word: &'static str, colour: Colour) {
+        let at = self.stage.pixel(at);
+        if finite(&at) {
+            self.words.push((at, word, colour));
+        }
     }
 
     /// Adds an arrow with a number of heads, in pieces for the order of painting.

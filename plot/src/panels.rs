@@ -32,7 +32,7 @@ pub struct RodPanel {
     pub bodies: Vec<SpaceBody>,
 }
 
-/// Draws every state as SVG, all seen from one side and to one scale of the box that holds them.
+/// Draws every state as SVG, all seen from one side and to one scale.
 ///
 /// Fails if there is no state with a finite point.
 pub fn rod_panels(data: &RodPanels, paper: &Paper) -> Result<String> {
@@ -49,7 +49,8 @@ pub fn rod_panels(data: &RodPanels, paper: &Paper) -> Result<String> {
         Ok(scenery)
     };
     let sceneries = data.panels.iter().map(scenery);
-    let sceneries: Vec<Scenery> = sceneries.collect::<Result<_>>()?;
+    let mut sceneries: Vec<Scenery> = sceneries.collect::<Result<_>>()?;
+    Scenery::share(&mut sceneries);
     let columns = match data.panels.len() {
         n @ 0..=2 => n,
         4 => 2,

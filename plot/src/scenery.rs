@@ -178,6 +178,15 @@ impl Scenery {
         }
     }
 
+    /// Gives panels beside each other one box and so one scale.
+    pub(crate) fn share(all: &mut [Self]) {
+        let corners = all
+            .iter()
+            .flat_map(|one| [0, 1].map(|k| one.content.map(|b| b[k])));
+        let corners: Vec<Point> = corners.collect();
+        all.iter_mut().for_each(|one| one.hold(&corners));
+    }
+
     /// The box round everything, in the pixels [left, top, width, height].
     pub(crate) fn stage(&self, units: &AxisUnits, place: [f64; 4]) -> Stage {
         let labels = ["x", "y", "z"].map(|name| units.length_of(name));

@@ -201,6 +201,11 @@ impl Stage {
         self.aspect
     }
 
+    /// The box with its words: left, top, right, bottom.
+    pub(crate) fn area(&self) -> [f64; 4] {
+        self.used
+    }
+
     /// Height of the box with its words and a margin all round.
     pub(crate) fn height(&self) -> f64 {
         self.used[3] - self.used[1] + 2.0 * MARGIN

@@ -22,6 +22,8 @@ pub struct RodState {
     pub rod: SpaceRod,
     /// Width of the strip along d1, as a length; 0 for a line alone.
     pub ribbon: f64,
+    /// Points of the tendons beside the rod.
+    pub tendons: Vec<Vec<[f64; 3]>>,
     /// The load on the end, in the frame of space: the force n at the last point.
     pub end_force: Option<[f64; 3]>,
     /// The couple m at the last point, in the frame of space.
@@ -46,6 +48,9 @@ pub struct RodState {
 
 const FORCE: Colour = ALARM;
 const COUPLE: Colour = Colour(110, 40, 140);
+const TENDON: Pen = Pen::new(Colour(150, 90, 30), 1.2);
+/// Pen of components and loads that vanish.
+const ZERO: Pen = Pen::new(GREY, 0.9);
 /// Size, relative to the loads, below which components are roundoff.
 const ROUNDOFF: f64 = 1e-9;
 
@@ -76,11 +81,15 @@ pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
         let size = dot(load, load).sqrt();
         let way = unit(load).filter(|_| size > ROUNDOFF * sizes[i]);
         let pen = Pen::new(colour, 2.4);
-        let text = match way {
-            Some(_) => format!("{name} |{letter}| = {} {unit_name}", text::short(size, 3)),
-            None => format!("{name} {letter} = 0"),
+        let entry = match way {
+            Some(_) => {
+                let size = text::short(size, 3);
+                let text = format!("{name} |{letter}| = {size} {unit_name}");
+                Entry::new(Key::Line(pen), text)
+            }
+            None => Entry::new(Key::Line(ZERO), format!("{name} {letter} = 0")),
         };
-        entries.push(Entry::new(Key::Line(pen), text));
+        entries.push(entry);
         if let (Some(way), Some((_, last))) = (way, data.rod.ends()) {
             let length = if heads == 1 { 2.2 } else { 1.6 } * scenery.arm;
             let end = data.rod.points[last];
@@ -94,18 +103,25 @@ pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
             };
             scenery.hold(&ends);
             // The name stands at the free end of the arrow.
-            let name = if presses { [ends[1], ends[0]] } else { ends };
+            let name = if presses { ends[0] } else { ends[1] };
             arrows.push((ends, pen, heads, name, letter));
         }
     }
+    if data.tendons.iter().any(|path| !path.is_empty()) {
+        entries.push(Entry::new(Key::Line(TENDON), "tendon"));
+    }
+    data.tendons.iter().for_each(|path| scenery.hold(path));
     scenery.view = data.view;
     let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
     let mut shape = PageBlock::space(430.0, stage, |canvas, stage| {
         let mut painter = Painter::new(stage, !scenery.plane);
         painter.rod(&data.rod, category(data.rod.colour.unwrap_or(6)), &scenery);
+        for path in &data.tendons {
+            painter.path(path, TENDON);
+        }
         for &(ends, pen, heads, name, letter) in &arrows {
             painter.arrow(ends[0], ends[1], pen, heads);
-            painter.word(name[0], name[1], letter, pen.colour);
+            painter.word(name, letter, pen.colour);
         }
         painter.paint(canvas);
     });
@@ -210,10 +226,9 @@ fn group(
     const HEIGHT: f64 = 112.0;
     let vanishes = |k: &usize| !values[*k].iter().any(|v| v.abs() > least);
     let (none, some): (Vec<usize>, Vec<usize>) = (0..3).partition(vanishes);
-    let zero = Pen::new(GREY, 0.9);
     let grey = none
         .iter()
-        .map(|&k| PlottedCurve::line_of(zero, &data.s, &values[k]));
+        .map(|&k| PlottedCurve::line_of(ZERO, &data.s, &values[k]));
     let pens = some.iter().map(|&k| (k, Pen::new(category(k), 1.7)));
     let drawn =
         pens.map(|(k, pen)| PlottedCurve::new(Key::Line(pen), names[k], &data.s, &values[k]));
@@ -221,7 +236,7 @@ fn group(
     let mut entries = named(&curves);
     if !none.is_empty() {
         let names: Vec<&str> = none.iter().map(|&k| names[k]).collect();
-        entries.push(Entry::new(Key::Line(zero), names.join(" = ") + " = 0"));
+        entries.push(Entry::new(Key::Line(ZERO), names.join(" = ") + " = 0"));
     }
     // Vanishing components are drawn at 0, whatever the roundoff on the panel's scale.
     let shown = some.iter().flat_map(|&k| values[k].iter().copied());

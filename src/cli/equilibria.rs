@@ -1,7 +1,7 @@
 //! `snaprod equilibria`: all equilibria of a scene of statics, or of the elastica with the end at a point.
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
-use super::files::{json_text, number, pair, print, print_json};
+use super::files::{json_text, number, pair, print, print_json, short};
 use super::output::{Output, OutputArgs};
 use super::signals::Signals;
 use super::{Ending, Refusal, assembly_equilibrium, rod_figures};
@@ -113,7 +113,7 @@ fn panels(scene: &Scene, record: &AllEquilibriaRecord) -> RodPanels {
             title: format!(
                 "{}: energy {}, {}",
                 k + 1,
-                number(state.energy),
+                short(state.energy),
                 index_words(state)
             ),
             rods,
@@ -134,7 +134,7 @@ fn panels(scene: &Scene, record: &AllEquilibriaRecord) -> RodPanels {
 fn index_words(state: &StateRecord) -> String {
     match state.index_in_plane {
         Some(flat) if flat != state.index => {
-            format!("index {} ({flat} in the plane)", state.index)
+            format!("index {}, in plane {flat}", state.index)
         }
         _ => format!("index {}", state.index),
     }

@@ -48,6 +48,17 @@ pub fn rounded(x: f64, decimals: usize) -> String {
     }
 }
 
+/// The number with five digits that count, for words in figures.
+pub fn short(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-3..1e5).contains(&size) => {
+            format!("{x:.*}", (4.0 - size.log10().floor()) as usize)
+        }
+        _ => format!("{x:.4e}"),
+    }
+}
+
 /// Prints one JSON object.
 pub fn print_json(value: Value) {
     print(&json_text(value));

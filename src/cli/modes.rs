@@ -1,7 +1,7 @@
 //! `snaprod modes SCENE`: natural frequencies and mode shapes.
 
 use super::check::{SceneArgs, no_start, read_modes};
-use super::files::{json_text, print, print_json, rounded};
+use super::files::{json_text, print, print_json, rounded, short};
 use super::output::{Output, OutputArgs};
 use super::{Ending, Refusal, rod_figures};
 use clap::Args;
@@ -29,7 +29,7 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
     if let Some(directory) = &args.output.out {
         let grounds = match scene.assembly() {
             Some(given) => given.grounds(),
-            None => vec![[Some(Joint::Weld), None]],
+            None => vec![[Some(Joint::Weld).filter(|_| !scene.clamp.free), None]],
         };
         let out = Output::open(Some(directory), FILES, args.output.figures)?;
         out.write("summary.json", json_text(record.summary()).as_bytes())?;
@@ -159,15 +159,13 @@ fn shapes(record: &ModesRecord, grounds: &[[Option<Joint>; 2]]) -> ModeShapes {
         .iter()
         .enumerate()
         .map(|(i, mode)| ModeShape {
-            title: if mode.angular_frequency < 0.0 {
-                format!(
-                    "mode {}: grows, {:.5}{}",
-                    i + 1,
-                    -mode.angular_frequency,
-                    rate.replace("rad", "1")
-                )
-            } else {
-                format!("mode {}: ω = {:.5}{rate}", i + 1, mode.angular_frequency)
+            title: match mode.angular_frequency {
+                0.0 => format!("mode {}: free to move", i + 1),
+                omega if omega < 0.0 => {
+                    let rate = rate.replace("rad", "1");
+                    format!("mode {}: grows, {}{rate}", i + 1, short(-omega))
+                }
+                omega => format!("mode {}: ω = {}{rate}", i + 1, short(omega)),
             },
             rods: mode.rods.iter().map(rod).collect(),
         });

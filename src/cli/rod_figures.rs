@@ -141,6 +141,9 @@ pub fn state(record: &EquilibriumRecord) -> RodState {
     RodState {
         rod: drawn(sections, None, found.index > 0),
         ribbon: 0.03 * record.length,
+        tendons: (record.tendons.iter().flat_map(|tendons| &tendons.paths))
+            .map(|path| path.iter().map(|p| (*p).into()).collect())
+            .collect(),
         stiffness: record.stiffness,
         end_force: Some(found.end.force.into()),
         end_couple: Some(found.end.couple.into()),

@@ -84,9 +84,9 @@ impl RunFigure {
 pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
     let (line, header) = (RunFigures::of(record), &record.header);
     let named = |name: &str, figure: RunFigure| (name.to_owned(), Ok(figure));
-    let ends = || named("shapes", RunFigure::Shapes(line.ends()));
+    let shapes = || named("shapes", RunFigure::Shapes(line.shapes()));
     if !moves(record) {
-        return header.is_assembly().then(ends).into_iter().collect();
+        return header.is_assembly().then(shapes).into_iter().collect();
     }
     let energies = || named("energies", RunFigure::Energies(line.energies()));
     let losses = || {
@@ -107,7 +107,7 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
         None => {
             let bodies = header.bodies.iter().enumerate();
             let paths = bodies.map(|(k, body)| path(&format!("path_{}", body.name), k));
-            [ends(), energies()].into_iter().chain(paths).collect()
+            [shapes(), energies()].into_iter().chain(paths).collect()
         }
         Some(ModelKind::Sheet) => vec![
             snapshots(),
@@ -126,7 +126,7 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
             let drawn = line.drawn_strains();
             // A rod that only stretches is one line at all times.
             let bends = drawn.iter().any(|i| header.strains[*i].1 != 5);
-            let shapes = bends.then(|| named("shapes", RunFigure::Shapes(line.shapes())));
+            let shapes = bends.then(shapes);
             let strains = drawn.iter().map(|i| {
                 let (name, _) = header.strains[*i];
                 let figure = RunFigure::Strain(line.named_strain(*i));
@@ -411,55 +411,34 @@ impl<'r> RunFigures<'r> {
         Units::label("time", &self.units.time)
     }
 
-    /// One rod in space at several times.
+    /// Rods in space at several times, with the bodies of the first and the last; where time does not go on, once.
     fn shapes(&self) -> RodShapes {
+        let moving = moves(self.record);
         let shapes = self.record.branches.iter().flat_map(|b| &b.shapes);
-        let rods = shapes.flat_map(|at| {
-            at.rods.iter().map(|rod| SpaceRod {
-                value: Some(at.t),
-                ..rod_figures::posed(rod.iter(), &[None; 2])
-            })
-        });
-        let ends = [self.way().first(), self.way().last()];
+        let rods = shapes
+            .take(if moving { usize::MAX } else { 1 })
+            .flat_map(|at| {
+                let rods = at.rods.iter().zip(&self.record.header.rods);
+                rods.map(|(shape, rod)| SpaceRod {
+                    value: moving.then_some(at.t),
+                    colour: Some(0),
+                    ..rod_figures::posed(shape.iter(), &rod.grounds)
+                })
+            });
+        let ends = [self.way().first(), self.way().last().filter(|_| moving)];
         let ends = ends.into_iter().flatten();
         RodShapes {
             rods: rods.collect(),
             bodies: ends
-                .flat_map(|moment| self.bodies(moment, Some(moment.t), None))
+                .flat_map(|moment| self.bodies(moment, moving.then_some(moment.t)))
                 .collect(),
             value_label: self.time_label(),
-            ribbon: 0.03 * self.length(),
-            clamp: self.record.header.rods[0].grounds[0].is_some(),
-            ..self.surroundings()
-        }
-    }
-
-    /// Rods and bodies of an assembly at the first and the last moment.
-    fn ends(&self) -> RodShapes {
-        let (trunk, last) = (&self.record.branches[0], self.record.last());
-        let both = [
-            ("start", &trunk.first, trunk.shapes.first()),
-            ("end", &last.last, last.shapes.last()),
-        ];
-        let rods = both
-            .iter()
-            .enumerate()
-            .flat_map(|(colour, (name, _, shapes))| {
-                let shapes = shapes.iter().flat_map(|at| &at.rods);
-                let rods = shapes.zip(&self.record.header.rods).enumerate();
-                rods.map(move |(k, (shape, rod))| SpaceRod {
-                    // One entry per moment in the legend.
-                    name: if k == 0 { *name } else { "" }.to_owned(),
-                    colour: Some(colour),
-                    ..rod_figures::posed(shape.iter(), &rod.grounds)
-                })
-            });
-        let bodies = both.iter().enumerate();
-        RodShapes {
-            rods: rods.collect(),
-            bodies: bodies
-                .flat_map(|(colour, (_, moment, _))| self.bodies(moment, None, Some(colour)))
-                .collect(),
+            // Ribbons of several rods would cover each other.
+            ribbon: if self.record.header.is_assembly() {
+                0.0
+            } else {
+                0.03 * self.length()
+            },
             // Each rod draws its own attachments to the ground.
             clamp: false,
             ..self.surroundings()
@@ -467,15 +446,10 @@ impl<'r> RunFigures<'r> {
     }
 
     /// The bodies at a moment.
-    fn bodies(
-        &self,
-        moment: &Moment,
-        value: Option<f64>,
-        colour: Option<usize>,
-    ) -> impl Iterator<Item = SpaceBody> {
+    fn bodies(&self, moment: &Moment, value: Option<f64>) -> impl Iterator<Item = SpaceBody> {
         let bodies = self.record.header.bodies.iter().zip(&moment.bodies);
         let bodies = bodies.filter(|(body, _)| !body.is_end);
-        bodies.map(move |(body, at)| rod_figures::body(&body.solid, &at.pose, value, colour))
+        bodies.map(move |(body, at)| rod_figures::body(&body.solid, &at.pose, value, Some(0)))
     }
 
     /// Paths of the bodies' centres, and their grooves.

@@ -171,6 +171,9 @@ impl Scene {
             }
             let varies = rod.mass_along().is_some();
             let why = why.or(varies.then_some("its shape varies along it"));
+            let why = why.or(rod
+                .field_in_time()
+                .map(|_| "its section law varies in time"));
             let note = RodMassNote {
                 rod: name,
                 eps: self.mass_over_lightest_body(k)?,

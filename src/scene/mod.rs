@@ -75,6 +75,7 @@ mod run;
 mod scales;
 mod section;
 mod start;
+mod station;
 mod tendon;
 mod units;
 
@@ -113,6 +114,7 @@ pub use start::{
     EndLoad, EndPose, InitialShape, RelaxedAt, Sheet, SheetName, Start, Straight, StrainField,
     StrainRate,
 };
+pub use station::Station;
 pub use tendon::{Pull, Tendon};
 pub use units::Units;
 
@@ -165,6 +167,9 @@ pub struct Scene {
     pub start: Start,
     /// `[loads]`: loads on the body; in statics on the rod.
     pub loads: Loads,
+    /// `[[station]]`: places on rods that the tables follow.
+    #[serde(rename = "station", skip_serializing_if = "Vec::is_empty")]
+    pub stations: Vec<Station>,
     /// `[run]`: duration and accuracy of the motion, time steps, landing rule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<Run>,

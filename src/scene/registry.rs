@@ -96,6 +96,10 @@ impl Scene {
                 all.loads(loads, on);
             }
         }
+        for (k, station) in self.stations.iter_mut().enumerate() {
+            all.at("station[]", k, Any);
+            all.add("s", Quantity::Length, [&mut station.s]);
+        }
         if let Some(run) = &mut self.run {
             all.at("run", 0, Normal);
             all.add("duration", Quantity::Time, [&mut run.duration]);
@@ -121,11 +125,19 @@ fn uniform<'a>(
     each.filter_map(|(i, along)| Some((i, along.constant_mut()?)))
 }
 
+/// The number of a constant history.
+fn constant(history: &mut History) -> Option<(usize, &mut f64)> {
+    match history {
+        History::Constant(x) => Some((0, x)),
+        _ => None,
+    }
+}
+
 /// Given tensions, with the indices of their tendons.
 fn tensions(tendons: &mut [Tendon]) -> impl Iterator<Item = (usize, &mut f64)> {
     let each = tendons.iter_mut().enumerate();
     each.filter_map(|(i, tendon)| match &mut tendon.pull {
-        Pull::Tension(tension) => Some((i, tension)),
+        Pull::Tension(tension) => constant(tension).map(|(_, tension)| (i, tension)),
         Pull::Length(_) => None,
     })
 }
@@ -333,7 +345,9 @@ impl<'a> Registry<'a> {
         self.vary(&TWIST, uniform([&mut rod.rest.twist]));
         self.vary(
             &DRIVE,
-            rod.drive.iter_mut().map(|drive| (0, &mut drive.amplitude)),
+            rod.drive
+                .iter_mut()
+                .filter_map(|drive| constant(&mut drive.amplitude)),
         );
         self.vary(&TENSION, tensions(&mut rod.tendons));
         self.listed(&mut rod.loads);

@@ -1,5 +1,6 @@
 //! Section of a rod in a scene: section law and rest strains.
 
+use crate::body::History;
 use crate::section::{
     Along, BarrierTerm, Diagonal, Profile, RestDrive, Shape, ShapeSettings, StrainName,
 };
@@ -129,5 +130,6 @@ pub struct Drive {
     #[serde(flatten)]
     pub shape: RestDrive,
     /// The amplitude; default 1.
-    pub amplitude: f64,
+    #[serde(serialize_with = "super::tendon::number_or_table")]
+    pub amplitude: History,
 }

@@ -2,7 +2,8 @@
 
 use super::Rod;
 use crate::Result;
-use crate::section::{self, Route, SectionLaw, Tendons};
+use crate::body::History;
+use crate::section::{self, LawInTime, Measures, Route, SectionLaw, Tendons};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -22,13 +23,25 @@ pub struct Tendon {
 }
 
 /// Tension or length of a tendon, whichever the scene gives.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pull {
-    /// Tension >= 0.
-    Tension(f64),
+    /// Tension >= 0, constant or, in a motion, in time.
+    #[serde(serialize_with = "number_or_table")]
+    Tension(History),
     /// Length between base and anchor, > 0; the tendon is slack where its path is shorter. In statics.
     Length(f64),
+}
+
+/// Writes a constant history as a number.
+pub(super) fn number_or_table<S: serde::Serializer>(
+    history: &History,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    match history {
+        History::Constant(x) => x.serialize(serializer),
+        history => history.serialize(serializer),
+    }
 }
 
 /// Writes a route; a tendon parallel to the centreline by its offset alone.
@@ -40,6 +53,14 @@ fn offset<S: serde::Serializer>(route: &Route, serializer: S) -> Result<S::Ok, S
 }
 
 impl Tendon {
+    /// The given tension; `None` of a tendon of given length.
+    fn tension(&self) -> Option<&History> {
+        match &self.pull {
+            Pull::Tension(tension) => Some(tension),
+            Pull::Length(_) => None,
+        }
+    }
+
     /// True if arclengths of the rod say where the tendon runs.
     pub(super) fn has_places(&self) -> bool {
         self.to.is_some() || matches!(self.route, Route::Table(_))
@@ -47,20 +68,54 @@ impl Tendon {
 }
 
 impl Rod {
+    /// Amplitude of the drive, and tensions.
+    fn histories(&self) -> impl Iterator<Item = &History> {
+        let drive = self.drive.iter().map(|drive| &drive.amplitude);
+        drive.chain(self.tendons.iter().filter_map(Tendon::tension))
+    }
+
+    /// Name of a field of the rod by which its section law varies in time; `None` for a law that does not.
+    pub fn field_in_time(&self) -> Option<&'static str> {
+        let varies = |history: &History| !matches!(history, History::Constant(_));
+        let drive = self.drive.as_ref().map(|drive| &drive.amplitude);
+        if drive.is_some_and(varies) {
+            return Some("drive");
+        }
+        self.histories().any(varies).then_some("tendon")
+    }
+
+    /// The section law in time, in these units; `None` for a law that does not vary.
+    ///
+    /// # Errors
+    /// As [`Scene::cosserat_rod`](super::Scene::cosserat_rod).
+    pub(in crate::scene) fn law_in_time(&self, units: Measures) -> Result<Option<LawInTime>> {
+        if self.field_in_time().is_none() {
+            return Ok(None);
+        }
+        let drive = self.drive.as_ref();
+        let drive = drive.map(|drive| (drive.shape.clone(), drive.amplitude.clone()));
+        let tensions = self.tendons.iter().filter_map(Tendon::tension).cloned();
+        let tendons = self.section_tendons().zip(tensions).collect();
+        let base = self.undriven()?.law().clone();
+        LawInTime::new(base, drive, tendons, self.length, units).map(Some)
+    }
+
+    /// The tendons at t = 0, those of given length slack.
+    fn section_tendons(&self) -> impl Iterator<Item = section::Tendon> {
+        self.tendons.iter().map(|tendon| section::Tendon {
+            route: tendon.route.clone(),
+            to: tendon.to.unwrap_or(self.length),
+            tension: tendon.tension().map_or(0.0, |tension| tension.at(0.0)),
+        })
+    }
+
     /// The law with the rod's tendons, those of given length slack.
     ///
     /// # Errors
     /// As [`Tendons::new`].
     pub(in crate::scene) fn with_tendons(&self, law: Arc<dyn SectionLaw>) -> Result<Tendons> {
-        let tendons = self.tendons.iter().map(|tendon| section::Tendon {
-            route: tendon.route.clone(),
-            to: tendon.to.unwrap_or(self.length),
-            tension: match tendon.pull {
-                Pull::Tension(tension) => tension,
-                Pull::Length(_) => 0.0,
-            },
-        });
-        Tendons::new(law, tendons.collect(), self.length).map_err(|e| e.context("rod.tendon"))
+        let tendons = self.section_tendons().collect();
+        Tendons::new(law, tendons, self.length).map_err(|e| e.context("rod.tendon"))
     }
 
     /// The section law with the tendons; `None` without tendons.

@@ -7,6 +7,7 @@ use crate::motion::RodCurve;
 use crate::scene::{AssemblySetup, Scene, Units};
 use crate::study::neglected_mass::{MassEffect, RodsAtRest};
 use crate::study::space::upward;
+use crate::study::stations::{self, StationValues};
 use crate::study::{Cell, Column, Solid, Table};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 use serde_json::{Map, Value, json};
@@ -41,6 +42,8 @@ pub struct AssemblyEquilibriumRecord {
     pub fallen: bool,
     /// Name of an inextensible, unshearable rod shorter than the distance of its ends in the guess.
     pub overdrawn: Option<String>,
+    /// Values at the stations of the scene, by their names.
+    pub stations: Vec<(String, Option<StationValues>)>,
     /// Every rod, those with a free end last.
     pub shapes: Vec<RodCurve>,
 }
@@ -108,6 +111,7 @@ pub(in crate::study) fn described(
     let near = found.route.is_near_guess();
     let guess = given.is_some_and(|given| given.bodies.iter().any(|body| body.guess.is_some()));
     let rods = rods.zip(setup.base_wrenches(&found.now)?);
+    let stations = stations::in_assembly(scene, setup, &found.now)?;
     Ok(AssemblyEquilibriumRecord {
         units: scene.units,
         bodies: bodies.collect(),
@@ -124,6 +128,7 @@ pub(in crate::study) fn described(
         fallen: found.route == AssemblyRoute::Fallen,
         solids: solids.collect(),
         overdrawn: setup.too_short_rod()?.map(str::to_owned),
+        stations,
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
     })
 }
@@ -147,7 +152,7 @@ impl AssemblyEquilibriumRecord {
             });
             (name.clone(), described)
         });
-        json!({
+        let mut summary = json!({
             "bodies": bodies.collect::<Map<_, _>>(),
             "rods": rods.collect::<Map<_, _>>(),
             "energy": self.energy,
@@ -156,7 +161,11 @@ impl AssemblyEquilibriumRecord {
             "conservative": self.conservative,
             "residual": self.residual,
             "from_guess": self.from_guess,
-        })
+        });
+        if !self.stations.is_empty() {
+            summary["stations"] = stations::json(&self.stations);
+        }
+        summary
     }
 
     /// The shapes of all rods: a row for each section.

@@ -2,6 +2,7 @@
 
 use super::record::{Cell, Column, Table};
 use super::space::quaternion;
+use super::stations::{self, StationValues};
 use super::tendons::{Pulled, TendonsRecord, equilibrium_with_tendons};
 use crate::error::Result;
 use crate::math::se3::halves;
@@ -33,6 +34,8 @@ pub struct EquilibriumRecord {
     pub uniform: bool,
     /// Evenly spaced sections, from the clamp to the end.
     pub sections: Vec<RodSection>,
+    /// Values at the stations of the scene, by their names.
+    pub stations: Vec<(String, Option<StationValues>)>,
     /// Tendons of the rod, if any. Couples and forces of the equilibrium are then totals of rod and tendons.
     pub tendons: Option<TendonsRecord>,
 }
@@ -57,9 +60,13 @@ pub(in crate::study) fn described(pulled: Pulled) -> Result<EquilibriumRecord> {
         tendons,
     } = pulled;
     let sections = problem.shape(&found.base, SECTIONS)?;
+    let stations = stations::at_rest(&scene, |_, places| {
+        let sections = problem.sections(&found.base, places)?;
+        Ok(sections.iter().map(StationValues::at_rest).collect())
+    })?;
     let law = scene.rod.tendon_law()?;
     let tendons = tendons.zip(law);
-    let tendons = tendons.map(|(tendons, law)| tendons.along(&law, &sections));
+    let tendons = tendons.map(|(tendons, law)| tendons.along(&law, scene.rod.length, &sections));
     if let Some(tendons) = &tendons {
         // The law of a rod with tendons stores their potential as well.
         found.end.energy -= tendons.potential();
@@ -78,6 +85,7 @@ pub(in crate::study) fn described(pulled: Pulled) -> Result<EquilibriumRecord> {
         indexed: !problem.is_mixed(),
         uniform: problem.rod().hoists_inverse(),
         sections,
+        stations,
         tendons,
         found,
     })
@@ -124,6 +132,9 @@ impl EquilibriumRecord {
             summary["tendons"] = json!(tendons.each);
             summary["backbone_base_force"] = json!(force.as_slice());
             summary["backbone_base_couple"] = json!(couple.as_slice());
+        }
+        if !self.stations.is_empty() {
+            summary["stations"] = stations::json(&self.stations);
         }
         if let Some(weight) = &self.weight {
             summary["weight"] = json!(weight.as_slice());

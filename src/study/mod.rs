@@ -26,6 +26,7 @@ pub mod run;
 pub mod sheets;
 mod solid;
 mod space;
+mod stations;
 pub mod sweep;
 pub mod tendons;
 
@@ -41,6 +42,7 @@ pub use plan::plan;
 pub use record::{Cell, Column, Csv, Sink, Table, Values, exact, json_text};
 pub use sheets::{SheetsRecord, sheets};
 pub use solid::Solid;
+pub use stations::{PlacedStation, StationValues};
 pub use sweep::{Sweep, Vary};
 
 /// Callbacks of a study for interrupt and progress. Every method has a default, so that a caller implements only the

@@ -1,11 +1,12 @@
 //! Tendons of a rod at rest: their lengths, what they bear at the base, and the tensions of those of given length.
 
+use crate::body::History;
 use crate::error::{Error, Result};
 use crate::math::gauss::Rule;
 use crate::math::se3::{halves, join};
 use crate::rod::{Equilibrium, Problem, RodSection, Wrench};
 use crate::scene::{Pull, Scene};
-use crate::section::{Resultant, SectionLaw, Tendons};
+use crate::section::{Resultant, SectionLaw, Tendon, Tendons};
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Serialize;
 
@@ -29,6 +30,8 @@ pub struct TendonsRecord {
     pub base: [Vector3<f64>; 2],
     /// Couple and force in the rod alone at the sections of a shape, along the directors.
     pub along: Vec<Resultant>,
+    /// Points of each tendon at the sections of a shape, up to its anchor.
+    pub paths: Vec<Vec<Vector3<f64>>>,
 }
 
 /// Panels, and Gauss nodes in each, between two breaks of the law.
@@ -79,13 +82,21 @@ impl TendonsRecord {
             each: each.collect(),
             base: [base.directors * couple, base.directors * force],
             along: Vec::new(),
+            paths: Vec::new(),
         })
     }
 
-    /// Sets what the rod alone bears at the sections of a shape.
+    /// Sets what the rod alone bears at the sections of a shape of a rod of this length, and where the tendons run.
     #[must_use]
-    pub fn along(mut self, law: &Tendons, sections: &[RodSection]) -> Self {
+    pub fn along(mut self, law: &Tendons, length: f64, sections: &[RodSection]) -> Self {
         self.along = sections.iter().map(|at| backbone(law, at)).collect();
+        let path = |tendon: &Tendon| {
+            let at = sections.iter();
+            let at =
+                at.map_while(|at| Some(at.position + at.directors * tendon.place(at.s, length)?));
+            at.collect()
+        };
+        self.paths = law.tendons().iter().map(path).collect();
         self
     }
 
@@ -182,7 +193,7 @@ impl Search<'_> {
     fn at(&self, tensions: &DVector<f64>, guess: Option<&Wrench>) -> Result<Pulled> {
         let mut scene = self.scene.clone();
         for ((k, _), tension) in self.wanted.iter().zip(tensions) {
-            scene.rod.tendons[*k].pull = Pull::Tension(*tension);
+            scene.rod.tendons[*k].pull = Pull::Tension(History::Constant(*tension));
         }
         pulled(scene, guess)
     }

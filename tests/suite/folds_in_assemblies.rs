@@ -184,6 +184,7 @@ fn held_by(scene: &Scene, fold: &Value) {
 /// Catches a lost light rod that is not reported, or is reported at every step: the rods of an arch pulled straight
 /// have no light rod to follow.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn a_light_rod_that_is_lost_is_told_once() {
     let path = format!("{}/scenes/heavy_arch.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();

@@ -105,7 +105,12 @@ fn in_motion_a_free_rod_rides_and_changes_nothing() {
     let time = "[run]\nduration = 1.0\ntolerance = 1e-8\nsamples = 11\n";
     let (with, moved) = ran(&scene(true, true, time));
     let (_, alone) = ran(&scene(false, true, time));
-    assert_eq!(moved.csv(), alone.csv());
+    // The columns of the free ends come last.
+    for (moved, alone) in moved.csv().lines().zip(alone.csv().lines()) {
+        let moved = moved.strip_prefix(alone).expect("the same motion");
+        assert!(moved.starts_with(','), "{moved}");
+    }
+    assert_eq!(moved.rows(), alone.rows());
     let summary = with.summary();
     let mast = with.last().last.bodies[0].pose;
     let swing = (2.0 * std::f64::consts::PI * 1.3_f64).sin();

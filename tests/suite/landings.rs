@@ -94,6 +94,7 @@ mod scenes {
     /// that follows more or fewer equilibria than those below; and a run that marks no landing, or two, as that of the
     /// flow.
     #[test]
+    #[ignore = "second tier: 4 s"]
     fn no_run_lands_above_its_fold() {
         let thrown = "velocity = [0.0, -0.5]\n";
         let one =

@@ -42,6 +42,8 @@ mod cli_statics;
 mod contacts;
 mod continuation;
 mod documents;
+#[cfg(feature = "cli")]
+mod driven_motions;
 mod dynamics;
 mod eightfold;
 mod elastica;
@@ -189,6 +191,7 @@ mod small_creep;
 mod stable_count;
 #[cfg(feature = "scene")]
 mod start_kinds;
+mod stations;
 mod stiff;
 mod stiff_rods;
 mod stiff_stubs;

@@ -31,6 +31,7 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
     ("bounce", &[("duration = 20.0", "duration = 2.0")]),
     ("viscous", &[("duration = 3.0", "duration = 0.2")]),
     ("heavy_snap", &[("duration = 0.2", "duration = 0.06")]),
+    ("flying_beam", &[("duration = 10.0", "duration = 0.01")]),
     ("free_beam", &[("duration = 1.0", "duration = 0.05")]),
     ("gyroscope", &[("duration = 60.0", "duration = 0.1")]),
     ("whirl", &[("duration = 10.0", "duration = 0.1")]),
@@ -74,9 +75,16 @@ type Names = BTreeMap<String, BTreeSet<String>>;
 
 /// Names of the scene's bodies and rods become NAME.
 fn columns(names: &mut Names, section: &str, table: &Table) {
-    let section = names.entry(section.to_owned()).or_default();
     for column in &table.columns {
-        let name = match column.name.split_once('.') {
+        // Only stations have resultants along directors.
+        let station = column.name.rsplit_once('.').map(|(station, _)| station);
+        let of_station = station.filter(|name| table.column(&format!("{name}.n3")).is_some());
+        let section = match of_station {
+            Some(_) => "trajectory.csv, stations",
+            None => section,
+        };
+        let section = names.entry(section.to_owned()).or_default();
+        let name = match column.name.rsplit_once('.') {
             Some((_, rest)) => format!("NAME.{rest}"),
             None => column.name.to_string(),
         };

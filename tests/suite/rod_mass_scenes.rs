@@ -166,6 +166,7 @@ fn small_motions_tell_what_the_mass_changes() {
 /// Catches a start, ledger or column without the mass of the rod, and a reported time without mass that differs from
 /// the time without kinetic energy of the rod.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
     let (record, tables) = recorded(
         SNAP,

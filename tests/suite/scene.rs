@@ -83,6 +83,7 @@ fn example_is_accepted() {
     assert_eq!(scene.start.velocity, [0.0, -0.5, 0.0]);
     assert_eq!(scene.loads.force.len(), 1);
     let sine = Sine {
+        mean: 0.0,
         amplitude: 0.5,
         frequency: 2.0,
         phase: 0.0,

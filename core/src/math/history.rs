@@ -43,16 +43,25 @@ pub enum History {
     Sine(Sine),
 }
 
-/// amplitude sin(2 pi frequency t + phase).
+/// mean + amplitude sin(2 pi frequency t + phase).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sine {
+    /// Mean.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "vanishes"))]
+    pub mean: f64,
     /// Amplitude, of either sign.
     pub amplitude: f64,
     /// Frequency, cycles per time. At 0 the value is constant, amplitude sin(phase).
     pub frequency: f64,
     /// Phase in radians.
     pub phase: f64,
+}
+
+#[cfg(feature = "serde")]
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde passes a reference.
+fn vanishes(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// Growth from `from` before `start` to `to` after `until`. Kinks at both times.
@@ -125,6 +134,7 @@ impl History {
     /// amplitude sin(angular_frequency t + phase); the angular frequency in radians per unit of time.
     pub fn sine(amplitude: f64, angular_frequency: f64, phase: f64) -> Self {
         Self::Sine(Sine {
+            mean: 0.0,
             amplitude,
             frequency: angular_frequency / TAU,
             phase,
@@ -161,6 +171,7 @@ impl History {
             Self::Constant(value) => check_numbers(&[("constant", *value)]),
             Self::Rate { rate } => check_numbers(&[("rate", *rate)]),
             Self::Sine(sine) => check_numbers(&[
+                ("mean", sine.mean),
                 ("amplitude", sine.amplitude),
                 ("frequency", sine.frequency),
                 ("phase", sine.phase),
@@ -181,7 +192,9 @@ impl History {
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
         match self {
-            Self::Sine(sine) => sine.amplitude * (TAU * sine.frequency * t + sine.phase).sin(),
+            Self::Sine(sine) => {
+                sine.mean + sine.amplitude * (TAU * sine.frequency * t + sine.phase).sin()
+            }
             _ => self.with_rates(t)[0],
         }
     }
@@ -194,7 +207,7 @@ impl History {
             Self::Sine(sine) => {
                 let (a, w) = (sine.amplitude, TAU * sine.frequency);
                 let (sin, cos) = (w * t + sine.phase).sin_cos();
-                [a * sin, a * w * cos, -a * w * w * sin]
+                [sine.mean + a * sin, a * w * cos, -a * w * w * sin]
             }
             Self::Ramp(ramp) => line(t, &[[ramp.start, ramp.from], [ramp.until, ramp.to]]),
             Self::Pulse(pulse) => {

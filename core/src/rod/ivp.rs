@@ -29,6 +29,10 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
 
+/// Number of columns of a rod whose law varies in time: one, d/dt at a given base wrench. The power of the drive is in
+/// place of the energy.
+pub(super) const TIME: usize = 1;
+
 /// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is the additional state of a load
 /// along the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -407,6 +411,27 @@ impl<'a, const K: usize, C: LoadState<K>> WrenchFlow<'a, K, C> {
                 }
             }
         }
+        if K == TIME {
+            match self.law.rates(at.s, e, &local) {
+                Ok(None) => slope.energy = 0.0,
+                Ok(Some(rates)) => {
+                    // At given resultants w = W_e(e, t), and so W_ee e_t = -W_et.
+                    let faster = &*inverse.compliance * &-rates.resultants;
+                    let (dphi, drho) = halves_mut(&mut slope.tangent);
+                    let bend = combine_directors(&d, &[faster[0], faster[1], faster[2]]);
+                    let stretch = combine_directors(&d, &[faster[3], faster[4], faster[5]]);
+                    for i in 0..3 {
+                        dphi[i][0] += bend[i];
+                        drho[i][0] += stretch[i];
+                    }
+                    slope.energy = rates.power;
+                }
+                Err(why) => {
+                    self.refusal = Some(why);
+                    return None;
+                }
+            }
+        }
         slope.q.iter().all(|x| x.is_finite()).then_some(())
     }
 }
@@ -584,6 +609,17 @@ pub(super) fn loaded_end<const K: usize, C: LoadState<K>>(
     tolerance: f64,
 ) -> Result<(LineState<K, C>, Cost)> {
     integrate(law, load, b, clamp_with_columns(), tolerance, |_, _| ())
+}
+
+/// End of a rod whose law varies in time, with the column of time.
+pub(super) fn end_in_time<C: LoadState<TIME>>(
+    law: &ScaledLaw,
+    load: &C::Load,
+    b: &Wrench,
+    tolerance: f64,
+) -> Result<LineState<TIME, C>> {
+    let start = (LineState::clamp(), [[[0.0; TIME]; 3]; 2]);
+    integrate(law, load, b, start, tolerance, |_, _| ()).map(|(end, _)| end)
 }
 
 /// Sections between the steps of the integration, the first and the last included.

@@ -16,6 +16,7 @@ mod free_end;
 mod index;
 mod ivp;
 mod ivp_trace;
+mod law_in_time;
 mod loaded_turning_base;
 mod manifold;
 mod path_to_target;
@@ -39,6 +40,7 @@ pub use first_order_mass::{RodRates, SectionMass, SpaceRodInertia, Trace};
 pub use fold::Fold;
 pub use free_end::FreeEnd;
 pub use ivp::Wrench;
+pub use law_in_time::EndRates;
 pub use loaded_turning_base::LoadedEnd;
 pub use manifold::{BallJointed, Welded};
 pub use planar::Plane;
@@ -153,6 +155,23 @@ impl Rod {
             section: section::law_in_units(self.section.clone(), units),
             clamp: Isometry3::identity(),
         }
+    }
+
+    /// This rod with another section law in the same units. The units of the chart stay, whatever the stiffness.
+    ///
+    /// # Errors
+    /// A law whose breaks are not in growing order.
+    pub fn with_law(&self, law: Arc<dyn SectionLaw>) -> Result<Self> {
+        let units = Measures {
+            length: self.length,
+            stiffness: self.stiffness,
+            time: 1.0,
+        };
+        Ok(Self {
+            law: ScaledLaw::new(law.clone(), units)?,
+            section: law,
+            ..self.clone()
+        })
     }
 
     /// The rod with its clamp in the given pose.

@@ -1,7 +1,9 @@
 //! Section law in the units of a rod, seen from either end, with the imperfection of a continuation.
 
 use crate::error::{Error, Message, Quantity, Result};
-use crate::section::{Compliance, Free, Measures, SectionLaw, UniformLinear, law_in_units};
+use crate::section::{
+    Compliance, Free, LawRates, Measures, SectionLaw, UniformLinear, law_in_units,
+};
 use nalgebra::{Vector3, Vector6};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -206,6 +208,21 @@ impl ScaledLaw {
             strain[i] -= self.bend[i];
         }
         self.law.free(s, &strain)
+    }
+
+    /// Rates of a law that varies in time at given strains, those of the resultants `w`, of a rod that begins at its
+    /// clamp.
+    pub(super) fn rates(
+        &self,
+        s: f64,
+        strain: &Vector6<f64>,
+        w: &Vector6<f64>,
+    ) -> Result<Option<LawRates>> {
+        let mut strain = *strain;
+        for i in 0..3 {
+            strain[i] -= self.bend[i];
+        }
+        self.law.rates(s, &strain, w)
     }
 
     /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.

@@ -1,7 +1,7 @@
 //! Section laws in other coordinates: units of the rod, or arclength from the other end.
 
 use super::rate::{Rate, RateLaw};
-use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
+use super::{Compliance, Free, Inverse, LawRates, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::Result;
 use nalgebra::Matrix6;
 use std::sync::Arc;
@@ -147,6 +147,17 @@ impl SectionLaw for Transformed<dyn SectionLaw> {
             energy: found.energy / to.force,
             compliance: to.compliance_in(&found.compliance),
         })
+    }
+
+    /// Rates in the time of the law itself.
+    fn rates(&self, s: f64, e: &Strain, w: &Resultant) -> Result<Option<LawRates>> {
+        let (law, to) = (&self.law, &self.to);
+        let own = (to.strain_out(e), to.resultant_out(w));
+        let found = law.rates(to.arclength_out(s), &own.0, &own.1)?;
+        Ok(found.map(|rates| LawRates {
+            power: rates.power / to.force,
+            resultants: to.resultant_in(&rates.resultants),
+        }))
     }
 
     fn uniform_linear(&self) -> Option<UniformLinear> {

@@ -1,6 +1,6 @@
 //! Rest strains that are driven: muscles, swelling, heat. A law whose strains count from moving rest strains.
 
-use super::{Along, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
+use super::{Along, Free, Inverse, LawRates, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::{Error, Result};
 use nalgebra::Matrix6;
 use std::sync::Arc;
@@ -49,6 +49,8 @@ pub struct Driven {
     base: Arc<dyn SectionLaw>,
     drive: RestDrive,
     amplitude: f64,
+    /// Rate of the amplitude in time.
+    rate: f64,
     /// Length of the rod.
     length: f64,
 }
@@ -73,8 +75,16 @@ impl Driven {
             base,
             drive,
             amplitude,
+            rate: 0.0,
             length,
         })
+    }
+
+    /// The law with an amplitude that changes at `rate`.
+    #[must_use]
+    pub fn changing(mut self, rate: f64) -> Self {
+        self.rate = rate;
+        self
     }
 
     fn shift(&self, s: f64) -> Result<Strain> {
@@ -107,6 +117,17 @@ impl SectionLaw for Driven {
         let mut found = self.base.inverse(s, w)?;
         found.strain += self.shift(s)?;
         Ok(found)
+    }
+
+    fn rates(&self, s: f64, e: &Strain, w: &Resultant) -> Result<Option<LawRates>> {
+        if self.rate == 0.0 {
+            return Ok(None);
+        }
+        let faster = self.drive.at(s, self.length)? * self.rate;
+        Ok(Some(LawRates {
+            power: -w.dot(&faster),
+            resultants: -(self.free(s, e)?.tangent * faster),
+        }))
     }
 
     fn uniform_linear(&self) -> Option<UniformLinear> {

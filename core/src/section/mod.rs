@@ -8,12 +8,13 @@
 //! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
 //! * [`Barrier`]: total compression costs infinite energy. [`Hyperelastic`]: a user's own stored energy.
 //! * [`Tendons`]: any law of a rod with tendons of given tension.
-//! * [`Driven`]: any law with rest strains that are driven.
+//! * [`Driven`]: any law with rest strains that are driven. [`LawInTime`]: drive and tensions as histories.
 
 mod barrier;
 mod coordinates;
 mod driven;
 mod in_rod_units;
+mod in_time;
 mod jet;
 mod linear;
 pub(crate) mod newton;
@@ -29,6 +30,7 @@ pub use barrier::{Barrier, BarrierTerm};
 pub(crate) use coordinates::reverse_law;
 pub use driven::{Driven, RestDrive};
 pub use in_rod_units::{Measures, law_in_units};
+pub use in_time::LawInTime;
 pub use linear::Linear;
 /// Numbers with derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
@@ -163,6 +165,15 @@ impl Free {
     }
 }
 
+/// Rates of a section law W(e, s, t) at given strains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawRates {
+    /// W_t: the power of the drive per length.
+    pub power: f64,
+    /// W_et: the rate of the resultants; zero for rigid strains.
+    pub resultants: Resultant,
+}
+
 /// A linear law that is uniform along the rod: e = rest + C w.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UniformLinear {
@@ -214,6 +225,14 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// # Errors
     /// A law that is not convex on the way, or no convergence; the message says where.
     fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse>;
+
+    /// Rates of a law that varies in time, at the strains `e` of the resultants `w`. `None`: the law stands still.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::free`].
+    fn rates(&self, _s: f64, _e: &Strain, _w: &Resultant) -> Result<Option<LawRates>> {
+        Ok(None)
+    }
 
     /// The law in its simplest form, if it is linear and uniform: its inverse is then formed only once.
     fn uniform_linear(&self) -> Option<UniformLinear> {

@@ -7,7 +7,7 @@
 
 use super::linear::check_unconstrained;
 use super::newton::{LawPoint, Potential, invert};
-use super::{Free, Inverse, Resultant, SectionLaw, Strain};
+use super::{Free, Inverse, LawRates, Resultant, SectionLaw, Strain};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 use std::f64::consts::TAU;
@@ -52,6 +52,8 @@ pub struct Tendon {
 pub struct Tendons {
     base: Arc<dyn SectionLaw>,
     tendons: Vec<Tendon>,
+    /// Rates of the tensions in time.
+    rates: Vec<f64>,
     /// Length of the rod.
     length: f64,
 }
@@ -67,6 +69,11 @@ struct Strand {
 }
 
 impl Tendon {
+    /// Offset from the centreline at s, along d1 and d2; `None` beyond the anchor.
+    pub fn place(&self, s: f64, length: f64) -> Option<Vector3<f64>> {
+        (s <= self.to).then(|| self.offset(s, length)[0])
+    }
+
     /// Offset at s and its derivative.
     fn offset(&self, s: f64, length: f64) -> [Vector3<f64>; 2] {
         let line = |from: [f64; 2], to: [f64; 2], part: f64, span: f64| {
@@ -180,9 +187,17 @@ impl Tendons {
         }
         Ok(Self {
             base,
+            rates: vec![0.0; tendons.len()],
             tendons,
             length,
         })
+    }
+
+    /// The law with tensions that change at `rates`, one for each tendon.
+    #[must_use]
+    pub fn changing(mut self, rates: Vec<f64>) -> Self {
+        self.rates = rates;
+        self
     }
 
     /// The law of the rod without its tendons.
@@ -224,12 +239,14 @@ impl Tendons {
     }
 
     fn known(&self, s: f64, e: &Strain) -> Result<Vec<(f64, Strand)>> {
-        self.strands(s, e).ok_or_else(|| {
-            Error::domain(format!(
-                "a tendon has no direction at s = {s}: the rod is bent so much that the tendon is a point there"
-            ))
-        })
+        self.strands(s, e).ok_or_else(|| pointlike(s))
     }
+}
+
+fn pointlike(s: f64) -> Error {
+    Error::domain(format!(
+        "a tendon has no direction at s = {s}: the rod is bent so much that the tendon is a point there"
+    ))
 }
 
 /// The law at one s, as a function of its strains.
@@ -307,6 +324,28 @@ impl SectionLaw for Tendons {
         let here = LawAt { law: self, s };
         invert(&here, start, w, |_| ())
             .map_err(|e| e.context(format!("the section with its tendons at s = {s}")))
+    }
+
+    fn rates(&self, s: f64, e: &Strain, w: &Resultant) -> Result<Option<LawRates>> {
+        let base = self.base.rates(s, e, &(w - self.pull(s, e)))?;
+        if base.is_none() && self.rates.iter().all(|rate| *rate == 0.0) {
+            return Ok(None);
+        }
+        let mut sum = base.unwrap_or(LawRates {
+            power: 0.0,
+            resultants: Vector6::zeros(),
+        });
+        let all = self.tendons.iter().zip(&self.rates);
+        for (tendon, rate) in all.filter(|(tendon, rate)| s <= tendon.to && **rate != 0.0) {
+            let strand = tendon.strand(s, e, self.length);
+            let strand = strand.ok_or_else(|| pointlike(s))?;
+            sum.power += strand.rate * rate;
+            sum.resultants += strand.pull * *rate;
+        }
+        for k in (0..6).filter(|k| self.rigid()[*k]) {
+            sum.resultants[k] = 0.0;
+        }
+        Ok(Some(sum))
     }
 
     fn is_uniform(&self) -> bool {

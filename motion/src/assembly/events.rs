@@ -62,9 +62,14 @@ impl<'a> Motion<'a> for AssemblyRun {
         if let Some((link, gap, lambda)) = self.loose() {
             let which = self.assembly.rod_name(link);
             let remedy = "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut";
+            let either = if self.assembly.links()[link].varies_in_time() {
+                "its force is no chart of a rod whose section law varies in time"
+            } else {
+                "its force does not either, since the rod is neutral under it, as a loop in a taut wire can be"
+            };
             let why = Error::ill_conditioned(format!(
                 "the end of {which} can be held no better than {gap:.1e} of its length: under sqrt(F L^2/B) = {lambda:.1} its base wrench \
-                 no longer tells where its end is, and its force does not either, since the rod is neutral under it, as a loop in a taut wire can be"
+                 no longer tells where its end is, and {either}"
             ));
             return Some(self.stuck(Cause::Failed(why), remedy));
         }

@@ -116,17 +116,24 @@ struct SolvedStep {
     dets: Vec<Vec<f64>>,
 }
 
-/// Solves the stages of a step of length `h` from a guess; None if the iteration fails.
+/// Length of a step, and the latest time at which loads and section laws are seen.
+#[derive(Clone, Copy)]
+struct Span {
+    h: f64,
+    until: f64,
+}
+
+/// Solves the stages of a step from a guess; None if the iteration fails.
 fn solve(
     assembly: &Assembly,
     from: &DVector<f64>,
-    h: f64,
+    span: Span,
     mut unknowns: Stages,
     goal: f64,
     along: f64,
     cost: &mut Cost,
 ) -> Option<SolvedStep> {
-    let table = tableau();
+    let (table, h) = (tableau(), span.h);
     let slots = assembly.slots();
     let velocities = &slots[1];
     let count = velocities.len();
@@ -138,7 +145,7 @@ fn solve(
         place(
             assembly,
             from,
-            h,
+            span,
             &unknowns,
             &slots,
             &mut stages,
@@ -196,7 +203,7 @@ fn solve(
             place(
                 assembly,
                 from,
-                h,
+                span,
                 &unknowns,
                 &slots,
                 &mut stages,
@@ -256,7 +263,7 @@ fn scaled(change: &DVector<f64>, state: &DVector<f64>, slots: &[usize]) -> f64 {
 fn place(
     assembly: &Assembly,
     from: &DVector<f64>,
-    h: f64,
+    Span { h, until }: Span,
     unknowns: &Stages,
     slots: &[Vec<usize>; 2],
     stages: &mut [DVector<f64>],
@@ -274,7 +281,7 @@ fn place(
         for (k, q) in unknowns[i].1.iter().enumerate() {
             stage.as_mut_slice()[assembly.chart_slots(k)].copy_from_slice(q.as_slice());
         }
-        stage[time] = from[time] + h * NODES[i];
+        stage[time] = (from[time] + h * NODES[i]).min(until);
     }
     for _ in 0..SWEEPS {
         for (stage, rates) in stages.iter().zip(rates.iter_mut()) {
@@ -447,7 +454,17 @@ impl AssemblyRun {
             let begun = self.extra.evaluations;
             let assembly = self.assembly.clone();
             let guess = self.guess(h, blind);
-            let solved = solve(&assembly, &from.0, h, guess, goal, along, &mut self.extra);
+            let until = self.until;
+            let span = Span { h, until };
+            let solved = solve(
+                &assembly,
+                &from.0,
+                span,
+                guess,
+                goal,
+                along,
+                &mut self.extra,
+            );
             let steps = |h: f64, evaluations: u64| {
                 evaluations as f64 / EXPLICIT * self.implicit.explicit / h
             };

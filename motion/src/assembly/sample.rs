@@ -1,9 +1,10 @@
 //! Samples of the state of an assembly.
 
 use crate::ledger::Ledger;
-use crate::state::{RodCurve, State};
+use crate::state::{RodCurve, SectionState, State};
 use nalgebra::{Isometry3, Vector3, Vector6};
-use snaprod_systems::assembly::{Assembly, Configuration, Evaluated, Tether};
+use snaprod_systems::assembly::{Assembly, Configuration, Evaluated, MovingSection, Tether};
+use snaprod_systems::math::se3::join;
 use snaprod_systems::rod::RodSection;
 use snaprod_systems::section::Strain;
 use std::sync::Arc;
@@ -52,7 +53,10 @@ impl AssemblySample {
     /// rod cannot be integrated.
     pub fn rod_sections(&self, link: usize, places: &[f64]) -> Vec<RodSection> {
         let point = &self.at.points[link];
-        let rod = self.assembly.links()[link].with_base_rotation(&point.base.pose.rotation);
+        let time = self.at.integrals.time;
+        let Ok(rod) = self.assembly.links()[link].seen_at(time, &point.base.pose.rotation) else {
+            return Vec::new();
+        };
         let at: Vec<f64> = places.iter().map(|s| s * rod.rod().length()).collect();
         let held = point.held();
         let q = &self.at.now.charts[link];
@@ -117,6 +121,38 @@ impl State for AssemblySample {
         self.rod_sections(rod, places)
             .iter()
             .map(|section| section.strain)
+            .collect()
+    }
+
+    fn moving_sections(&self, rod: usize, places: &[f64]) -> Vec<SectionState> {
+        let held = self.assembly.links().get(rod).map(|link| link.rod());
+        let free = || {
+            Some(
+                self.assembly
+                    .free()
+                    .get(rod - self.assembly.links().len())?
+                    .rod(),
+            )
+        };
+        let Some(given) = held.or_else(free) else {
+            return Vec::new();
+        };
+        let at: Vec<f64> = places.iter().map(|s| s * given.length()).collect();
+        let sections = self.assembly.moving_sections(&self.at, rod, &at, SHAPE);
+        let state = |MovingSection { section, twist }| {
+            let pose = section.pose();
+            let back = pose.rotation.inverse();
+            SectionState {
+                pose,
+                twist,
+                strain: section.strain,
+                resultants: join(&(back * section.couple), &(back * section.force)),
+            }
+        };
+        sections
+            .unwrap_or_default()
+            .into_iter()
+            .map(state)
             .collect()
     }
 

@@ -121,8 +121,7 @@ impl ElementRun {
         let mut model = model;
         let (model, y) = loop {
             let rods = (0..model.rods()).map(|k| strained.motions_of(&at, k, model.places(k)));
-            let rods = rods.collect::<Option<Vec<_>>>().ok_or_else(outside)?;
-            let y = model.state(&at.places(), &rods);
+            let y = model.state(&at.places(), &rods.collect::<Vec<_>>());
             let moment = model.moment(&y).ok_or_else(outside)?;
             match finer(&model, &model.tails(&moment), bound) {
                 Some(mesh) => model = ElementAssembly::new(given, mesh)?,
@@ -333,6 +332,19 @@ impl ElementRun {
         if change < self.options.tolerance {
             y = bent;
         }
+        let slopes = ((1.0 - x) * (1.0 - 3.0 * x), x * (2.0 - 3.0 * x));
+        let rate = |i: usize| {
+            let chord = to[i] - from[i];
+            (chord + slopes.0 * (h * before[i] - chord) - slopes.1 * (h * after[i] - chord)) / h
+        };
+        for site in 0..self.model.sites() {
+            let at = self.model.spin_of(site);
+            let size = |y: &DVector<f64>| y.fixed_rows::<3>(at).norm();
+            // Slender sections turn faster than the steps resolve: the turns have the spins, the accelerations do not.
+            if h * (size(&before) + size(&after)) > size(from) + size(to) {
+                self.model.set_spin(site, &mut y, rate);
+            }
+        }
         y[self.model.time()] = from[self.model.time()] + x * h;
         Some(y)
     }
@@ -408,10 +420,12 @@ impl<'a> Motion<'a> for ElementRun {
         let between = |before: f64, now: f64| before + x * (now - before);
         let numerical = between(self.numerical_before, self.numerical);
         let (mut sample, _) = self.sampled(&y, Some(numerical))?;
-        // Small errors of places are large energies of stiff strains: a step of its own then leads to the sample.
+        // Small errors of places are large energies of stiff strains, and larger forces of the springs that hold rigid
+        // strains: a step of its own then leads to the sample.
         let total = between(self.total_before, self.current.ledger().total());
         let ledger = sample.ledger();
-        if (ledger.total() - total).abs() > self.options.tolerance * ledger.largest() {
+        let opens = (ledger.total() - total).abs() > self.options.tolerance * ledger.largest();
+        if opens || self.model.has_springs() {
             let mut y = self.integrator.at(&*self.model, x)?;
             y[self.model.time()] = t;
             (sample, _) = self.sampled(&y, Some(numerical))?;

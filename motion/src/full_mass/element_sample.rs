@@ -1,6 +1,6 @@
 //! State of a run of rods in elements at one moment.
 
-use crate::{Ledger, RodCurve, State};
+use crate::{Ledger, RodCurve, SectionState, State};
 use nalgebra::{Isometry3, Vector6};
 use snaprod_systems::assembly::BodyMotion;
 use snaprod_systems::full_mass::elements::{ElementAssembly, ElementMoment};
@@ -118,6 +118,25 @@ impl State for ElementSample {
 
     fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain> {
         self.model.strains(&self.at, rod, places)
+    }
+
+    fn moving_sections(&self, rod: usize, places: &[f64]) -> Vec<SectionState> {
+        let (model, at) = (&self.model, &self.at);
+        let Some(resultants) = model.resultants(at, rod, places) else {
+            return Vec::new();
+        };
+        let strains = model.strains(at, rod, places);
+        let each = places.iter().zip(strains).zip(resultants);
+        each.map(|((s, strain), resultants)| {
+            let motion = model.motion_at(at, rod, *s);
+            SectionState {
+                pose: motion.pose,
+                twist: motion.twist,
+                strain,
+                resultants,
+            }
+        })
+        .collect()
     }
 
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {

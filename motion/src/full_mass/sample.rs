@@ -1,11 +1,11 @@
 //! State of a run of rods with mass at one moment.
 
-use crate::{Ledger, RodCurve, State};
-use nalgebra::{DVector, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
+use crate::{Ledger, RodCurve, SectionState, State};
+use nalgebra::{DVector, Isometry3, Vector3, Vector6};
 use snaprod_systems::assembly::BodyMotion;
 use snaprod_systems::full_mass::assembly::{HeavyAssembly, HeavyState};
-use snaprod_systems::full_mass::frames::{Curve, Sections};
-use snaprod_systems::full_mass::rod::{HeavyRod, RodState};
+use snaprod_systems::full_mass::frames::Sections;
+use snaprod_systems::full_mass::rod::{Balance, HeavyRod, RodState};
 use snaprod_systems::section::Strain;
 use snaprod_systems::viscoelastic::grid::Grid;
 use snaprod_systems::viscoelastic::kinematics::Local;
@@ -19,6 +19,7 @@ pub struct HeavySample {
     places: Vec<BodyMotion>,
     grooves: Vec<Option<Vector3<f64>>>,
     drift: f64,
+    balances: Vec<Balance>,
     /// Power lost per length, at the nodes.
     lost: Vec<f64>,
     /// (couple, force) of the rod on the body or support at its end.
@@ -61,6 +62,7 @@ impl HeavySample {
             lost: lost.swap_remove(0),
             places: at.places(),
             grooves: assembly.groove_forces(&balance, unknowns),
+            balances: balance.rods,
             drift: assembly.gap(&at)[0],
             assembly: assembly.clone(),
             at,
@@ -124,6 +126,22 @@ impl State for HeavySample {
         rod.sections.grid.at_each(&at.strains, places)
     }
 
+    fn moving_sections(&self, rod: usize, places: &[f64]) -> Vec<SectionState> {
+        let motions = self.assembly.motions_of(&self.at, rod, places);
+        let (heavy, at) = self.rod(rod);
+        let resultants = heavy.resultants(at, &self.balances[rod]);
+        let resultants = heavy.sections.grid.at_each(&resultants, places);
+        let each = motions.into_iter().zip(self.strains_of(rod, places));
+        each.zip(resultants)
+            .map(|((motion, strain), resultants)| SectionState {
+                pose: motion.pose,
+                twist: motion.twist,
+                strain,
+                resultants,
+            })
+            .collect()
+    }
+
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
         let density: Vec<Local<1>> = self.lost.iter().map(|d| Local::from([*d])).collect();
         let values = self.rod(0).0.sections.grid.at_each(&density, places);
@@ -147,14 +165,7 @@ fn curve(rod: &HeavyRod, base: &Isometry3<f64>, strains: &[Strain], points: usiz
     let Some(shape) = fine.shape(base, &strains) else {
         return Vec::new();
     };
-    let first = match curve {
-        Curve::Plane => {
-            let turn = Matrix3::new(0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0, 0.0);
-            let turn = Rotation3::from_matrix_unchecked(turn);
-            Isometry3::from_parts(nalgebra::Translation3::identity(), turn.into())
-        }
-        Curve::Space => *base,
-    };
+    let first = curve.base(base);
     let nodes = fine.grid.nodes().iter().map(|x| x * law.length());
     let places = nodes.chain([law.length()]);
     let sections = (0..shape.positions.len()).map(|i| shape.pose(i));

@@ -270,7 +270,11 @@ pub fn shapes(record: &BranchRecord) -> RodShapes {
             .map(|shape| drawn(&shape.sections, Some(shape.parameter), shape.unstable))
             .collect(),
         value_label: record.label(),
-        ribbon: 0.03 * record.length,
+        // Ribbons of several rods would cover each other.
+        ribbon: match record.taken {
+            Some(_) => 0.03 * record.length,
+            None => 0.0,
+        },
         triads: false,
         // A rod of an assembly may begin on a body.
         clamp: record.taken.is_some(),

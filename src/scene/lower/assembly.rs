@@ -107,6 +107,7 @@ impl AssemblySetup {
                 None => rod.rod.unclamped()?,
             };
             let own = own.measured(scales.measures());
+            let in_time = rod.rod.law_in_time(scales.measures()).map_err(named)?;
             // At rest the base of a rod between two ball joints is welded to a node that turns freely. The rod then
             // bears loads along it, and stands between places on the ground.
             let sites = [&rod.from, &rod.to];
@@ -157,6 +158,11 @@ impl AssemblySetup {
                 _ => Link::reversed(&own, from, to, Joint::Ball).map_err(named)?,
             };
             let thickness = rod.rod.thickness().unwrap_or(0.0);
+            let link = match in_time {
+                Some(law) if turned => link.with_law_in_time(law.reversed()),
+                Some(law) => link.with_law_in_time(law),
+                None => link,
+            };
             let link = link.bent_about(bent_about.map(|(k, _)| k));
             let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
             let borne = joints == (Joint::Ball, Joint::Ball) || unloaded || falls;
@@ -443,7 +449,7 @@ impl AssemblySetup {
     }
 
     /// Wrench (couple, force) at the base, `from`, of rod `rod` in the scene's units, along the directors there. `q` is
-    /// the library's chart point, `base` the rotation of the rod's base.
+    /// the library's chart point, `base` the rotation of the rod's base at time `t`.
     ///
     /// # Errors
     /// As [`Link::end`].
@@ -451,9 +457,10 @@ impl AssemblySetup {
         &self,
         rod: usize,
         q: &Wrench,
-        base: &UnitQuaternion<f64>,
+        (t, base): (f64, &UnitQuaternion<f64>),
     ) -> Result<Vector6<f64>> {
-        self.wrench_of(rod, &self.assembly.links()[rod].with_base_rotation(base), q)
+        let seen = self.assembly.links()[rod].seen_at(t, base)?;
+        self.wrench_of(rod, &seen, q)
     }
 
     /// Wrench at the base of the light rod ([`AssemblySetup::light_rods`]) that corresponds to rod `rod`, as
@@ -499,10 +506,42 @@ impl AssemblySetup {
     /// Arclength `s` of rod `rod`, converted to the scene's units and counted from `from`.
     pub fn arclength(&self, rod: usize, s: f64) -> f64 {
         let whole = self.assembly.links()[rod].rod().length();
-        // Heavy rods are never reversed.
-        let reversed = self.reversed[rod] && self.heavy.is_none();
-        let s = if reversed { whole - s } else { s };
+        let s = if self.moves_reversed(rod) {
+            whole - s
+        } else {
+            s
+        };
         self.scales.outward(Quantity::Length, s)
+    }
+
+    /// True if rod `rod` begins at its `to` in the light assembly. Rods with a free end come last.
+    pub fn is_reversed(&self, rod: usize) -> bool {
+        self.reversed[rod]
+    }
+
+    /// True if rod `rod` begins at its `to` in a motion. No heavy rod begins at its `to`.
+    pub fn moves_reversed(&self, rod: usize) -> bool {
+        self.reversed[rod] && self.heavy.is_none()
+    }
+
+    /// Sections of rod `rod` in the light assembly at places in [0, 1] from its beginning, in growing order; in the
+    /// world and the library's units.
+    ///
+    /// # Errors
+    /// As [`Assembly::sections`].
+    pub fn sections(
+        &self,
+        now: &Configuration,
+        rod: usize,
+        places: &[f64],
+    ) -> Result<Vec<RodSection>> {
+        let links = self.assembly.links();
+        let length = match links.get(rod) {
+            Some(link) => link.rod().length(),
+            None => self.assembly.free()[rod - links.len()].rod().length(),
+        };
+        let at: Vec<f64> = places.iter().map(|place| place * length).collect();
+        self.assembly.sections(0.0, now, rod, &at, GUESS_TOLERANCE)
     }
 
     /// Shapes of all rods at time `t`, from `from` to `to`, those with a free end last. A shape has sections at `count`

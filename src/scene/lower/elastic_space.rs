@@ -14,6 +14,7 @@ use crate::motion::assembly::AssemblyRun;
 use crate::motion::{Motion, Options};
 use crate::rod::{Rod, Wrench};
 use crate::scene::{InitialShape, Scene, StrainName};
+use crate::section::LawInTime;
 use nalgebra::{Isometry3, Vector3, Vector6};
 
 /// Tolerance of the pose of the end at the start.
@@ -38,6 +39,8 @@ pub struct ElasticSpace {
     settled: bool,
     /// Mass of the rod, if its inertia is of first order.
     light: Option<LightRod>,
+    /// Section law that varies in time.
+    in_time: Option<LawInTime>,
     /// The body in the world frame and the turning clamp, for a run in the world frame.
     in_world: Option<(Mass, Support<3>)>,
 }
@@ -76,6 +79,7 @@ impl ElasticSpace {
             None => None,
         };
         let mut model = Self {
+            in_time: scene.rod.law_in_time(measures)?,
             in_world,
             light: first_order_rod(&scene.rod, &scene.scales()?)?,
             rod: common.rod.measured(measures),
@@ -142,6 +146,9 @@ impl ElasticSpace {
         let mut link = Link::new(self.rod.clone(), from, to, joint).with_diameter(self.diameter);
         if let Some(load) = load {
             link = link.with_distributed(load)?;
+        }
+        if let Some(law) = &self.in_time {
+            link = link.with_law_in_time(law.clone());
         }
         let pose = link.held(&self.chart, &self.end, POSE)?.pose;
         let lever = join(&Vector3::zeros(), &pose.translation.vector);

@@ -204,12 +204,17 @@ impl SceneRod {
         let Some(Drive { shape, amplitude }) = &self.drive else {
             return Ok(rod);
         };
-        let law = Driven::new(rod.law().clone(), shape.clone(), *amplitude, self.length)?;
+        let law = Driven::new(
+            rod.law().clone(),
+            shape.clone(),
+            amplitude.at(0.0),
+            self.length,
+        )?;
         Rod::new(self.length, law)
     }
 
     /// The rod at the origin, without tendons and without driven rest strains.
-    fn undriven(&self) -> Result<Rod> {
+    pub(in crate::scene) fn undriven(&self) -> Result<Rod> {
         let length = self.length;
         match &self.section {
             Section::Bending(_) => Err(Error::domain(

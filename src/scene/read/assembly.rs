@@ -8,12 +8,15 @@ use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::{load, loads, spread};
 use super::plane::lies_in_plane;
 use super::ranges::MOMENT;
+use super::reader::Reader;
 use super::rod::{RodTraits, rod};
 use super::rod_end::{BodyTraits, has_free_end, site};
 use super::run::{run, solve};
 use super::scene::{default, part, units};
 use super::solid::{Matter, has_extent, matter};
+use super::station::stations;
 use super::table::{Absent, Table};
+use super::tendon::is_driven_as_known;
 use crate::scene::lower::heavy_in_space;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Force, FreeRod, Guess,
@@ -151,6 +154,15 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     if motion {
         given.fill_massless();
     }
+    let held = given.rods.iter().map(|rod| (&rod.name, &rod.rod));
+    let free = given.free.iter().map(|rod| (&rod.name, &rod.rod));
+    let lengths = held.chain(free);
+    let lengths: Vec<(&str, f64)> = lengths
+        .map(|(name, rod)| (name.as_str(), rod.length))
+        .collect();
+    let bodies = given.bodies.iter().map(|body| body.name.as_str());
+    let bodies: Vec<&str> = bodies.collect();
+    let stations = stations(top, &lengths, &bodies)?;
     let first = given.every_rod().next()?.clone();
     let mut scene = Scene {
         units: units?,
@@ -160,6 +172,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         end: None,
         start: start?,
         loads: loads?,
+        stations,
         run: run?,
         solve: solve?,
         continuation: None,
@@ -244,6 +257,24 @@ fn tables<'a>(
     Some(all)
 }
 
+/// Reads a name.
+pub(super) fn plain_name<'a>(
+    reader: &Reader,
+    field: &str,
+    value: &'a toml::Spanned<toml::de::DeValue<'a>>,
+    allowed: &str,
+) -> Option<&'a str> {
+    let Some(word) = value.get_ref().as_str() else {
+        reader.wrong_type(field, value, allowed, None);
+        return None;
+    };
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if word.is_empty() || !word.chars().all(plain) {
+        return reader.refuse(FaultKind::Value, field, value, allowed, None);
+    }
+    Some(word)
+}
+
 /// Names of rods or bodies; `None` for a name with a fault.
 fn names(tables: &[Table], of: &str) -> Vec<Option<String>> {
     let mut names: Vec<Option<String>> = Vec::new();
@@ -251,14 +282,7 @@ fn names(tables: &[Table], of: &str) -> Vec<Option<String>> {
         let allowed = "a name: letters, digits, - and _";
         let name = table.read("name", allowed, Absent::Fault, |field, value| {
             let reader = table.reader;
-            let Some(word) = value.get_ref().as_str() else {
-                reader.wrong_type(field, value, allowed, None);
-                return None;
-            };
-            let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-            if word.is_empty() || !word.chars().all(plain) {
-                return reader.refuse(FaultKind::Value, field, value, allowed, None);
-            }
+            let word = plain_name(reader, field, value, allowed)?;
             let same = |name: &Option<String>| name.as_deref() == Some(word);
             if let Some(first) = names.iter().position(same) {
                 let hint = format!("{of}[{first}] has this name already (counted from 0)");
@@ -433,6 +457,14 @@ fn one_rod(
     (moves, flat): (bool, bool),
 ) -> Option<AnyRod> {
     let rod = rod(table).rod();
+    if let Some(rod) = &rod {
+        is_driven_as_known(table, rod, moves)?;
+        if flat && rod.drive.is_some() {
+            let hint = "driven rest strains are for assemblies in space: leave out plane";
+            let allowed = "left out of an assembly in a plane";
+            return table.refuse(FaultKind::Conflict, "drive", allowed, hint);
+        }
+    }
     let length = rod.as_ref().map(|rod| rod.length);
     let distributed = spread(table, "distributed", length);
     if has_free_end(table) {
@@ -504,6 +536,10 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
             "\"weld\", or left out, where `to` is \"free\"",
             hint,
         );
+    }
+    if let Some(name) = rod.as_ref().and_then(Rod::field_in_time) {
+        let hint = "the section law varies in time of rods that are held at both ends";
+        return table.refuse(kind, name, "constant where `to` is \"free\"", hint);
     }
     if table.has("distributed") {
         let hint = "a rod with a free end bears nothing along it: put a small body at its end; at rest a [[body]] with a name alone is enough";

@@ -74,6 +74,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         end: None,
         start: Start::default(),
         loads: Loads::default(),
+        stations: Vec::new(),
         run: None,
         solve: Solve::default(),
         continuation: None,

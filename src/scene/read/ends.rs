@@ -187,7 +187,13 @@ pub(super) fn sine(table: &Table) -> Option<Sine> {
     let amplitude = required("amplitude", "amplitude = 0.5");
     let frequency = required("frequency", "frequency = 2.0");
     let phase = table.number("phase");
+    let mean = if table.knows("mean") {
+        table.number("mean")
+    } else {
+        Some(0.0)
+    };
     Some(Sine {
+        mean: mean?,
         amplitude: amplitude?,
         frequency: frequency?,
         phase: phase?,

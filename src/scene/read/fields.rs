@@ -51,6 +51,7 @@ pub(super) static TOP: Spec = Spec {
         field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
         field("loads", STATICS, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
         field("load", ANY, Array(&Table(&LISTED)), "", No, "Loads on ends, bodies, places and parts of rods, each a table [[load]], at most 100; beside those of the other tables."),
+        field("station", ANY, Array(&Table(&STATION)), "", No, "Places on rods whose motion, strains and resultants are written, each a table [[station]], at most 100."),
         field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
@@ -97,7 +98,7 @@ pub(super) static ROD: Spec = Spec {
         field("bends", PLANE, Word(&["weak", "strong"]), "", Or("\"weak\""),
             "Which way a rectangle bends in the plane: \"weak\", about its longer side (a strip lies flat), or \"strong\"."),
         field("rest", IN_SPACE, Table(&REST_STRAINS), "", No, "Strains of the unloaded rod; without it, straight and untwisted."),
-        field("drive", STATICS, Table(&DRIVE), "", No, "What muscles, heat or swelling add to the strains of the unloaded rod: shapes along the rod times an amplitude."),
+        field("drive", IN_SPACE, Table(&DRIVE), "", No, "What muscles, heat or swelling add to the strains of the unloaded rod: shapes along the rod times an amplitude."),
         field("tendon", IN_SPACE, Array(&Table(&TENDON)), "", No, "Frictionless tendons through the sections, each a table [[rod.tendon]], at most 16 (docs/rods.md)."),
         field("damping", PLANE, OneOf(&[Number(&ETA), Table(&DAMPING)]), "N m² s", No,
             "Internal friction: the viscosity eta of the couple EI theta' + eta theta'_t, or a table; without it, or 0, the rod is elastic."),
@@ -127,7 +128,6 @@ pub(super) static ROD: Spec = Spec {
         field("to", ASSEMBLY, OneOf(&[Word(&["free"]), Table(&SITE)]), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where; \"free\": nothing. A rod with a free end is written after the others. Without mass and load it keeps its rest shape, rides on its base, which is welded, and bears no force (with inertia = \"full\" it bends under its own mass); contacts of it are not looked for."),
     ],
     barred: &[
-        (SPACE | ASSEMBLY, "drive", "driven rest strains are for statics of one rod, [rod] and [end]"),
         (STATICS, "damping", RATES), (STATICS, "relaxation", RATES), (STATICS, "nodes", RATES),
     ],
 };
@@ -261,18 +261,31 @@ pub(super) static ARC: Spec = spec("rod.rest.arc", &[
 ]);
 #[rustfmt::skip]
 pub(super) static DRIVE: Spec = spec("rod.drive", &[
-    field("curvature", STATICS, Array(&BENT), "1/m", Or("[0.0, 0.0]"), "Flexures about d1 and d2 at amplitude 1; each may vary along the rod."),
-    field("twist", STATICS, BENT, "rad/m", Or("0.0"), "Twist at amplitude 1."),
-    field("stretch", STATICS, BENT, "", Or("0.0"), "Stretch at amplitude 1, added to that of the unloaded rod, 1."),
+    field("curvature", IN_SPACE, Array(&BENT), "1/m", Or("[0.0, 0.0]"), "Flexures about d1 and d2 at amplitude 1; each may vary along the rod."),
+    field("twist", IN_SPACE, BENT, "rad/m", Or("0.0"), "Twist at amplitude 1."),
+    field("stretch", IN_SPACE, BENT, "", Or("0.0"), "Stretch at amplitude 1, added to that of the unloaded rod, 1."),
     field("amplitude", STATICS, Number(&VALUE), "", Or("1.0"), "Their common factor, for branches."),
+    field("amplitude", SPACE | ASSEMBLY, OneOf(&[Number(&VALUE), Table(&HISTORY)]), "", Or("1.0"), "Their common factor: constant or, in a motion of elastic rods, in time."),
 ]);
 #[rustfmt::skip]
 pub(super) static TENDON: Spec = spec("rod.tendon", &[
     field("offset", IN_SPACE, OneOf(&[Numbers(2), Table(&OFFSET)]), "m", Yes("offset = [0.01, 0.0]"),
         "Where the tendon runs, from the centreline along d1 and d2: two numbers, parallel to the centreline; or a table. It may lie outside of the section."),
     field("to", IN_SPACE, Number(&SIZE), "m", No, "Arclength of its anchor; without it the end of the rod."),
-    field("tension", IN_SPACE, Number(&NON_NEGATIVE), "N", No, "Its tension, the same all along; or length."),
+    field("tension", STATICS, Number(&NON_NEGATIVE), "N", No, "Its tension, the same all along; or length."),
+    field("tension", SPACE | ASSEMBLY, OneOf(&[Number(&NON_NEGATIVE), Table(&HISTORY)]), "N", No, "Its tension, the same all along: constant or, in a motion of elastic rods, in time."),
     field("length", IN_SPACE, Number(&SIZE), "m", No, "Length of its path from s = 0 to its anchor, in statics of one rod: the tension follows, 0 where the tendon is slack."),
+]);
+#[rustfmt::skip]
+pub(super) static HISTORY: Spec = spec("rod.drive.amplitude", &[
+    field("constant", SPACE | ASSEMBLY, Number(&FINITE), "", No, "A constant value, in place of a sine."),
+    field("mean", SPACE | ASSEMBLY, Number(&FINITE), "", Or("0.0"), "Mean of a sine; of a tension at least the amplitude, since a tendon only pulls."),
+    field("amplitude", SPACE | ASSEMBLY, Number(&FINITE), "", Yes("amplitude = 0.5"), "Amplitude of a sine, mean + amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
+    field("phase", SPACE | ASSEMBLY, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", SPACE | ASSEMBLY, Table(&RAMP), "", No, "A value that grows linearly, in place of a sine."),
+    field("pulse", SPACE | ASSEMBLY, Table(&PULSE), "", No, "A pulse, in place of a sine."),
+    field("table", SPACE | ASSEMBLY, Rows(2), "s, 1", No, "Rows [t, value], linear in between and constant outside, in place of a sine."),
 ]);
 #[rustfmt::skip]
 pub(super) static OFFSET: Spec = spec("rod.tendon.offset", &[
@@ -520,6 +533,12 @@ pub(super) static LISTED: Spec = spec("load", &[
     field("follows", IN_SPACE, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors. On a rod in statics of one rod alone."),
     field("factor", ANY, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple on a rod, for branches: load.0.factor."),
 ]);
+#[rustfmt::skip]
+pub(super) static STATION: Spec = spec("station", &[
+    field("name", ANY, Name, "", No, "Name before the columns of the station, as mid in mid.x; without it station1, station2, ... in the order of the list."),
+    field("rod", ASSEMBLY, Name, "", No, "The name of the rod; may be left out where there is one."),
+    field("s", ANY, Number(&VALUE), "m", Yes("s = 0.5"), "Arclength of the unloaded rod, from 0 to its length."),
+]);
 const LOAD: Form = OneOf(&[Vector(&VALUE), Table(&FORCE), Array(&Table(&FORCE))]);
 #[rustfmt::skip]
 pub(super) static FORCE: Spec = spec("loads.force", &[
@@ -539,8 +558,8 @@ pub(super) static FORCE: Spec = spec("loads.force", &[
 ]);
 #[rustfmt::skip]
 pub(super) static RAMP: Spec = spec("ramp", &[
-    field("from", DRIVEN, Number(&FINITE), "N", Or("0.0"), "Size of the force before `start`."),
-    field("to", DRIVEN, Number(&FINITE), "N", Yes("to = 1.0"), "Size of the force after `until`."),
+    field("from", DRIVEN, Number(&FINITE), "N", Or("0.0"), "Value before `start`."),
+    field("to", DRIVEN, Number(&FINITE), "N", Yes("to = 1.0"), "Value after `until`."),
     field("start", DRIVEN, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins to grow."),
     field("until", DRIVEN, Number(&POSITIVE), "s", Yes("until = 1.0"), "When it has grown, after `start`."),
 ]);

@@ -28,6 +28,7 @@ mod section;
 mod solid;
 mod sources;
 mod start;
+mod station;
 mod table;
 mod tendon;
 mod varying;

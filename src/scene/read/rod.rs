@@ -167,10 +167,10 @@ pub(super) fn rod(table: &Table) -> RodParts {
         }),
         None => Some(Rest::default()),
     };
-    let drive = if kind == STATICS {
-        drive(table, length, section.as_ref())
-    } else {
+    let drive = if planar {
         Some(None)
+    } else {
+        drive(table, length, section.as_ref())
     };
     let tendons = if planar {
         Some(Vec::new())

@@ -16,7 +16,9 @@ use super::rod::{RodTraits, rod};
 use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
+use super::station::stations;
 use super::table::{Absent, Table};
+use super::tendon::is_driven_as_known;
 use crate::scene::lower::heavy_in_space;
 use crate::scene::{Clamp, End, FaultKind, Faults, Loads, Scene, SceneKind, Solve, Start, Units};
 use toml::Spanned;
@@ -134,6 +136,8 @@ fn resolve(top: &Table) -> Option<Scene> {
         motion,
     };
     let listed = load_list(top, &bearers);
+    let rods: Vec<(&str, f64)> = length.map(|length| ("", length)).into_iter().collect();
+    let stations = stations(top, &rods, &[]);
     let run = part(top, &RUN)
         .flatten()
         .and_then(|table| run(&table, memory));
@@ -157,6 +161,7 @@ fn resolve(top: &Table) -> Option<Scene> {
             end: Some(end).filter(|end| end.is_some() != motion)?,
             start: start?,
             loads,
+            stations: stations?,
             run: Some(run).filter(|run| run.is_some() == motion)?,
             solve: solve?,
             continuation: None,
@@ -177,6 +182,9 @@ fn resolve(top: &Table) -> Option<Scene> {
         );
         let allowed = "\"none\" or \"full\" here";
         return table.refuse(FaultKind::Conflict, "inertia", allowed, hint);
+    }
+    if let Some(Some(table)) = &rod_table {
+        is_driven_as_known(table, &scene.rod, motion)?;
     }
     scene.choose_inertia();
     let at = rod_table.flatten().map_or(0, |table| table.at);

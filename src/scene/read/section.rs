@@ -6,6 +6,7 @@ use super::phrases::Short;
 use super::ranges::{SIZE, STIFFNESS, VALUE};
 use super::reader::Reader;
 use super::table::{Absent, Alternative, MissingField, Table};
+use super::tendon::number_or_history;
 use super::varying::{ALONG_WORDS, SIZE_WORDS, along};
 use crate::scene::{
     Along, Barrier, BarrierTerm, Diagonal, Drive, FaultKind, Full, Outline, Profile, Rest, Rigid,
@@ -578,7 +579,7 @@ pub(super) fn drive(
         let strains = rest(&table, length);
         let number = |field: &str, value| along(reader, field, value, &VALUE, length);
         let stretch = table.read("stretch", "", Absent::Or(0.0.into()), number);
-        let amplitude = table.number("amplitude");
+        let amplitude = number_or_history(&table, "amplitude", &VALUE);
         let (strains, stretch) = (strains?, stretch?);
         if section.is_some_and(|section| section.rigid()[5]) && !stretch.vanishes() {
             let hint =

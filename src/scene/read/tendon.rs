@@ -1,11 +1,12 @@
 //! Reader of `[[rod.tendon]]`.
 
-use super::fields::{HELIX, OFFSET, STATICS, TENDON};
+use super::fields::{HELIX, HISTORY, OFFSET, STATICS, TENDON};
+use super::loads::size;
 use super::phrases::Short;
-use super::ranges::{NON_NEGATIVE, Rule, SIZE, VALUE};
+use super::ranges::{Rule, SIZE, VALUE};
 use super::table::{Absent, Alternative, MissingField, Table};
 use super::varying::ROUNDING;
-use crate::scene::{FaultKind, Pull, Tendon};
+use crate::scene::{FaultKind, History, Inertia, Pull, Rod, Tendon};
 use crate::section::Route;
 
 /// Bound on the number of tendons of a rod.
@@ -64,7 +65,11 @@ fn pull(table: &Table) -> Option<Pull> {
         }
     };
     let slack = "a tendon only pulls; one that nothing pulls has tension = 0";
-    let tension = given("tension", &NON_NEGATIVE, slack);
+    let tension = if table.has("tension") {
+        tension(table, slack).map(Some)
+    } else {
+        Some(None)
+    };
     let length = given("length", &SIZE, "it is the path from s = 0 to the anchor");
     if table.reader.kind.get() != STATICS && table.has("length") {
         let hint =
@@ -87,6 +92,76 @@ fn pull(table: &Table) -> Option<Pull> {
             example: "tension = 5.0",
         },
     )
+}
+
+/// Reads a tension, constant or in time.
+fn tension(table: &Table, slack: &str) -> Option<History> {
+    let tension = number_or_history(table, "tension", &VALUE)?;
+    let sinks = match &tension {
+        History::Constant(x) => !(*x >= 0.0),
+        History::Ramp(ramp) => !(ramp.from >= 0.0 && ramp.to >= 0.0),
+        History::Pulse(pulse) => !(pulse.amplitude >= 0.0),
+        History::Sine(sine) => !(sine.mean >= sine.amplitude.abs()),
+        History::Table(rows) => rows.iter().any(|row| !(row[1] >= 0.0)),
+        _ => true,
+    };
+    if sinks {
+        let allowed =
+            "a finite number >= 0, or a sine, a ramp, a pulse or a table that is never negative";
+        return table.refuse(FaultKind::Value, "tension", allowed, slack.to_owned());
+    }
+    Some(tension)
+}
+
+/// Refuses driven rest strains, and section laws in time, of rods for which there is no computation.
+pub(super) fn is_driven_as_known(table: &Table, rod: &Rod, motion: bool) -> Option<()> {
+    let kind = FaultKind::Conflict;
+    if motion && rod.drive.is_some() && rod.damping.is_some() {
+        let hint = "in a motion rest strains are driven of an elastic rod: leave out damping";
+        return table.refuse(kind, "drive", "left out of a rod with friction", hint);
+    }
+    let Some(name) = rod.field_in_time() else {
+        return Some(());
+    };
+    if !motion {
+        let hint =
+            "at rest there is no time: write a number; a table in time is for a scene with [run]";
+        return table.refuse(kind, name, "constant at rest", hint);
+    }
+    if rod.damping.is_some() || rod.inertia.is_some_and(|of| of != Inertia::None) {
+        let hint = "a section law that varies in time is for an elastic rod without inertia of its own: leave out damping, and write inertia = \"none\"";
+        let allowed = "constant of a rod with friction or with inertia of its own";
+        return table.refuse(kind, name, allowed, hint);
+    }
+    Some(())
+}
+
+/// Reads a number or, in a motion in space, a table in time.
+pub(super) fn number_or_history(table: &Table, name: &str, rule: &Rule) -> Option<History> {
+    let reader = table.reader;
+    let default = History::Constant(table.default(name));
+    let absent = if table.default(name).is_finite() {
+        Absent::Or(default)
+    } else {
+        Absent::Fault
+    };
+    table.read(name, rule.allowed, absent, |field, value| {
+        if !value.get_ref().is_table() {
+            return reader.number(field, value, rule).map(History::Constant);
+        }
+        if reader.kind.get() == STATICS {
+            let hint = "a table in time is for motions of elastic rods, with a body and [run]";
+            return reader.refuse(
+                FaultKind::Conflict,
+                field,
+                value,
+                rule.allowed,
+                hint.to_owned(),
+            );
+        }
+        let allowed = "a number; or a table such as { ramp = { to = 1.0, until = 1.0 } }";
+        size(&reader.table(field, value, &HISTORY, allowed)?)
+    })
 }
 
 /// Reads the offset of a tendon with its anchor at `until`, if known.

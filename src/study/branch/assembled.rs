@@ -13,6 +13,7 @@ use crate::solve::parametrised_problem::Family;
 use crate::study::Column;
 use crate::study::neglected_mass::{FoldAtRest, MassEffect, MassOrigin, RodsAtRest};
 use crate::study::space::upward;
+use crate::study::stations;
 use nalgebra::{DVector, Isometry3};
 
 /// Sections of each rod of a shape, less one.
@@ -124,6 +125,8 @@ impl Subject for Assembled<'_> {
             numbers.extend(placed(&end));
         }
         numbers.push(state.energy * k.energy);
+        let stations = stations::in_assembly(scene, &setup, &state.now)?;
+        numbers.extend(stations::numbers(&stations));
         Ok(BranchState {
             numbers,
             left_over: error,
@@ -228,6 +231,8 @@ impl Subject for Assembled<'_> {
         }
         let meaning = "stored energy and potential of gravity and constant forces";
         columns.push(Column::reals("energy", units.energy(), meaning));
+        let placed = stations::placed(self.scene);
+        columns.extend(stations::columns(&placed, units, false));
         let meaning = "estimated distance from the branch, in units of the rods";
         (columns, Column::reals("error", "", meaning))
     }

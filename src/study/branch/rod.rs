@@ -10,6 +10,7 @@ use crate::scene::{Continue, Parameter, Scales, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
 use crate::study::neglected_mass::{FoldAtRest, MassEffect, MassOrigin, standing};
+use crate::study::stations::{self, StationValues};
 use crate::study::tendons::TendonsRecord;
 use crate::study::{Column, space};
 use nalgebra::DVector;
@@ -63,12 +64,17 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         let tendons = tendons.transpose()?;
         let pulled = tendons.as_ref().map_or(0.0, TendonsRecord::potential);
         let lengths = tendons.iter().flat_map(|tendons| &tendons.each);
+        let stations = stations::at_rest(scene, |_, places| {
+            let sections = self.chart.sections(&problem, x, places)?;
+            Ok(sections.iter().map(StationValues::at_rest).collect())
+        })?;
         let numbers = space::pose(end)
             .chain(space::wrench(&state.base))
             .chain(space::tip_wrench(end))
             .chain([end.energy - pulled])
             .chain(potential)
-            .chain(lengths.map(|tendon| tendon.length));
+            .chain(lengths.map(|tendon| tendon.length))
+            .chain(stations::numbers(&stations));
         Ok(BranchState {
             numbers: numbers.collect(),
             left_over: state.residual,
@@ -168,7 +174,12 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
                     units.length(),
                     "length of the tendon",
                 )
-            }));
+            }))
+            .chain(stations::columns(
+                &stations::placed(self.scene),
+                units,
+                false,
+            ));
         let meaning = "size of the equations left over, in units of the rod";
         (columns.collect(), Column::reals("residual", "", meaning))
     }

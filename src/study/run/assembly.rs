@@ -10,11 +10,12 @@ use super::shapes::Shapes;
 use crate::assembly::{BodyMotion, Contact};
 use crate::error::{Quantity, Result};
 use crate::math::se3::halves;
-use crate::motion::{Bounce, LightReference, Snap, SnapEnd, State, curve_outward};
+use crate::motion::{Bounce, LightReference, SectionState, Snap, SnapEnd, State, curve_outward};
 use crate::rod::Wrench;
 use crate::scene::{AssemblyScene, AssemblySetup, Scene};
 use crate::study::Solid;
 use crate::study::neglected_mass::RodsAtRest;
+use crate::study::stations::{self, StationValues};
 use nalgebra::{DVector, Isometry3};
 
 /// An assembly ready to run.
@@ -61,6 +62,7 @@ impl AssemblyModel {
                     free,
                 })
                 .collect(),
+            stations: stations::placed_in_motion(scene),
             heavy: setup.is_heavy() || setup.assembly.light_rods().next().is_some(),
             driven: false,
             loaded: false,
@@ -127,6 +129,22 @@ impl RunModel for AssemblyModel {
         Ok(curves)
     }
 
+    fn sections(
+        &self,
+        state: &dyn State,
+        rod: usize,
+        places: &[f64],
+    ) -> Result<Vec<StationValues>> {
+        stations::from_base(self.setup.moves_reversed(rod), places, |places| {
+            let sections = state.moving_sections(rod, places).into_iter();
+            let values = |section: SectionState| {
+                StationValues::in_motion(&section, section.pose, section.twist)
+                    .outward(&self.setup.scales)
+            };
+            Ok(sections.map(values).collect())
+        })
+    }
+
     fn rest(&self) -> Option<RestState> {
         Some(RestState::Space {
             rods: Box::new(RodsAtRest::assembly(&self.scene, &self.setup)?),
@@ -141,7 +159,10 @@ impl RunModel for AssemblyModel {
     }
 
     fn snap(&self, snap: &Snap) -> Result<Snap> {
-        self.with_wrenches(snap, |q| self.setup.base_wrench(snap.rod, q, &snap.base))
+        self.with_wrenches(snap, |q| {
+            let seen = (snap.t, &snap.base);
+            self.setup.base_wrench(snap.rod, q, seen)
+        })
     }
 
     fn light_snap(&self, snap: &Snap) -> Result<Snap> {

@@ -4,6 +4,7 @@ use crate::assembly::Joint;
 use crate::motion::Outcome;
 use crate::scene::{ModelKind, RodMassNote, Run, Scales, Units};
 use crate::study::Solid;
+use crate::study::stations::PlacedStation;
 
 /// Facts of a run known before its start, in the units of the scene.
 #[derive(Debug, Clone)]
@@ -26,6 +27,8 @@ pub struct RunHeader {
     pub bodies: Vec<RunBody>,
     /// Rods, in order, those with a free end last; the one rod of a scene has no name.
     pub rods: Vec<RunRod>,
+    /// Stations on the rods.
+    pub stations: Vec<PlacedStation>,
     /// True if the ledger contains kinetic energy of rods.
     pub heavy: bool,
     /// True if forces in time do work on the body of one rod.

@@ -11,10 +11,13 @@ use crate::assembly::{self, Contact};
 use crate::elastica::Elastica;
 use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, join};
-use crate::motion::{Bounce, LightReference, MasslessRod, Snap, State, curve_outward, outward};
+use crate::motion::{
+    Bounce, LightReference, MasslessRod, SectionState, Snap, State, curve_outward, outward,
+};
 use crate::scene::{Joint, Scene, Setup};
 use crate::study::Solid;
 use crate::study::neglected_mass::{PlanarRodMass, RodsAtRest, viscosity};
+use crate::study::stations::{self, StationValues};
 use nalgebra::{DVector, Isometry3, Vector3};
 
 /// One rod ready to run.
@@ -72,6 +75,7 @@ impl OneRod {
                 ],
                 free: false,
             }],
+            stations: stations::placed(scene),
             heavy,
             driven: setup.model.is_driven(),
             loaded: scene.is_loaded_along() && !scene.rod.is_light(),
@@ -200,6 +204,25 @@ impl RunModel for OneRod {
         let clamp = self.setup.model.clamp(state.time()).pose();
         curve_outward(&clamp, self.setup.scales.length, &mut curve);
         Ok(vec![curve])
+    }
+
+    fn sections(
+        &self,
+        state: &dyn State,
+        _rod: usize,
+        places: &[f64],
+    ) -> Result<Vec<StationValues>> {
+        let k = &self.setup.scales;
+        let clamp = self.setup.model.clamp(state.time());
+        let (frame, base) = (clamp.of_poses(), clamp.pose());
+        let sections = state.moving_sections(0, places).into_iter();
+        let section = |section: SectionState| {
+            let lever = join(&Vector3::zeros(), &section.pose.translation.vector);
+            let twist = frame.absolute_velocity(&lever, &section.twist);
+            let pose = outward(&base, 1.0, &section.pose);
+            StationValues::in_motion(&section, pose, twist).outward(k)
+        };
+        Ok(sections.map(section).collect())
     }
 
     fn rest(&self) -> Option<RestState> {

@@ -13,6 +13,7 @@ use crate::error::{Quantity, Result};
 use crate::motion::{Bounce, LightReference, Motion, Snap, State};
 use crate::scene::Scene;
 use crate::study::neglected_mass::MassEffect;
+use crate::study::stations::{self, StationValues};
 use nalgebra::Isometry3;
 
 /// A scene of motion of rods ready to run, with the facts known before its start.
@@ -46,6 +47,10 @@ pub(super) trait RunModel {
 
     /// Every rod from base to end, with `sections` sections of a light rod.
     fn curves(&self, state: &dyn State, sections: usize) -> Result<Shapes>;
+
+    /// Sections of a rod at ascending places in [0, 1].
+    fn sections(&self, state: &dyn State, rod: usize, places: &[f64])
+    -> Result<Vec<StationValues>>;
 
     /// Equilibrium under the loads at t = 0. `None` unless a mass is known and the clamp fixed, and where no
     /// equilibrium is found.
@@ -164,6 +169,13 @@ impl Prepared {
     /// rod without a shape has no sections.
     pub(in crate::study) fn curves(&self, state: &dyn State, sections: usize) -> Result<Shapes> {
         self.model.curves(state, sections)
+    }
+
+    /// Values at the stations of a state; `None` where the rod has no shape.
+    pub(super) fn stations(&self, state: &dyn State) -> Result<Vec<Option<StationValues>>> {
+        stations::values(&self.header.stations, |rod, places| {
+            self.model.sections(state, rod, places)
+        })
     }
 
     /// The poses of [`Prepared::curves`], with the time.

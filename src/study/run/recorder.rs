@@ -35,7 +35,7 @@ const KEPT_WITH_STRAINS: usize = 1200;
 const KEPT_OF_PASSAGE: usize = 400;
 /// Number of passages kept for figures: several, since figures skip a passage if the end of the rod moves.
 const PASSAGES: usize = 8;
-/// Number of times with shapes of one rod in space.
+/// Number of times with shapes of rods in space.
 const SHAPES: usize = 10;
 /// Distance from equilibrium above which the states of a passage are kept.
 const AWAY: f64 = 1e-3;
@@ -140,10 +140,6 @@ impl<'r> Recorder<'r> {
         let mut closing = LedgerClosure::new(total);
         closing.look(&first.ledger());
         let moment = prepared.moment(&*first);
-        let mut shapes = Thinned::new(SHAPES);
-        if header.is_assembly() {
-            shapes.keep(prepared.shapes_at(&*first, SECTIONS)?);
-        }
         let Outlets {
             sink,
             hooks,
@@ -185,7 +181,7 @@ impl<'r> Recorder<'r> {
             bounced: Vec::new(),
             way: Thinned::new(kept),
             track: Thinned::new(KEPT_WITH_STRAINS),
-            shapes,
+            shapes: Thinned::new(SHAPES),
             passage: Thinned::new(KEPT_OF_PASSAGE),
             passages: Vec::new(),
         })
@@ -310,8 +306,9 @@ impl<'r> Recorder<'r> {
         Ok(())
     }
 
-    fn write(&mut self, moment: &Moment) -> Result<()> {
-        let row = table::row(&self.prepared.header, moment);
+    fn write(&mut self, state: &dyn State, moment: &Moment) -> Result<()> {
+        let stations = self.prepared.stations(state)?;
+        let row = table::row(&self.prepared.header, moment, &stations);
         self.sink.row(self.trajectory, &row)
     }
 
@@ -369,7 +366,7 @@ impl<'r> Recorder<'r> {
         }
         let moment = self.prepared.moment(state);
         if self.prepared.header.run.strobe.is_none() {
-            self.write(&moment)?;
+            self.write(state, &moment)?;
         }
         self.way.keep(moment);
         Ok(())
@@ -380,7 +377,7 @@ impl Observer for Recorder<'_> {
     fn sample(&mut self, state: &dyn State) -> Result<()> {
         let prepared = self.prepared;
         let moment = prepared.moment(state);
-        self.write(&moment)?;
+        self.write(state, &moment)?;
         self.closing.measure(state);
         let mut frame = None;
         if let Some(strain) = &mut self.strain {
@@ -393,7 +390,7 @@ impl Observer for Recorder<'_> {
                 frame = Some(now);
             }
         }
-        if prepared.header.in_space() && !prepared.header.is_assembly() {
+        if prepared.header.in_space() {
             let shapes = || prepared.shapes_at(state, SECTIONS);
             self.shapes.try_show(shapes)?;
         }

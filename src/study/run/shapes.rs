@@ -65,7 +65,10 @@ pub fn shapes(
 /// Those of [`shapes`].
 pub fn samples(prepared: &Prepared, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
     let header = &prepared.header;
-    let mut row = |state: &dyn State| Ok(table::row(header, &prepared.moment(state)));
+    let mut row = |state: &dyn State| {
+        let stations = prepared.stations(state)?;
+        Ok(table::row(header, &prepared.moment(state), &stations))
+    };
     let rows = at_times(prepared, times, hooks, &mut row)?;
     let mut table = table::trajectory(header, 0);
     for row in &rows {

@@ -6,6 +6,7 @@ use super::prepared::Prepared;
 use crate::error::Result;
 use crate::motion::Ledger;
 use crate::scene::{Scene, Units};
+use crate::study::stations::{self, StationValues};
 use crate::study::{Cell, Column, Table};
 use nalgebra::Vector3;
 
@@ -46,6 +47,7 @@ pub(super) fn trajectory(header: &RunHeader, branch: usize) -> Table {
         columns.push(rod_kinetic(u));
     }
     columns.extend(index(header).map(|meaning| Column::integers("index", meaning)));
+    columns.extend(stations::columns(&header.stations, u, true));
     Table::new(trajectory_name(branch), columns)
 }
 
@@ -211,8 +213,12 @@ fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
     .map(Cell::Real)
 }
 
-/// The row of a state.
-pub(super) fn row(header: &RunHeader, at: &Moment) -> Vec<Cell> {
+/// The row of a state with the values at its stations.
+pub(super) fn row(
+    header: &RunHeader,
+    at: &Moment,
+    stations: &[Option<StationValues>],
+) -> Vec<Cell> {
     let mut cells = vec![Cell::Real(at.t)];
     if header.in_space() {
         let numbers = at.bodies.iter().flat_map(BodyMoment::numbers);
@@ -244,6 +250,10 @@ pub(super) fn row(header: &RunHeader, at: &Moment) -> Vec<Cell> {
     if index(header).is_some() {
         cells.push(at.index.into());
     }
+    let values = stations.iter();
+    let values = values.flat_map(|values| StationValues::numbers(values.as_ref(), true));
+    let known = |x: f64| Some(x).filter(|x| !x.is_nan());
+    cells.extend(values.map(|x| Cell::from(known(x))));
     cells
 }
 

@@ -325,11 +325,16 @@ fn moved(s: &Vector2<f64>, step: &Vector2<f64>, lengths: [f64; 2]) -> Vector2<f6
 }
 
 /// Interpolated centreline of a rod of an assembly with this base, its end at `held` relative to the base.
-fn traced(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option<Centreline> {
+fn traced(
+    link: &Link,
+    t: f64,
+    [base, held]: &[Isometry3<f64>; 2],
+    q: &Wrench,
+) -> Option<Centreline> {
+    let link = link.seen_at(t, &base.rotation).ok()?;
     let sections = if link.is_taut(q, held) || link.distributed().is_some() {
         let at = (0..TAUT).map(|k| link.rod.length() * k as f64 / (TAUT - 1) as f64);
-        let seen = link.with_base_rotation(&base.rotation);
-        seen.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
+        link.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
     } else {
         link.rod.trace(&q.component_mul(&link.units()), COARSE)
     };
@@ -337,8 +342,14 @@ fn traced(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option
 }
 
 /// Exact centreline of a rod of an assembly at an arclength.
-fn exact(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench, s: f64) -> Option<Jet> {
-    let seen = link.with_base_rotation(&base.rotation);
+fn exact(
+    link: &Link,
+    t: f64,
+    [base, held]: &[Isometry3<f64>; 2],
+    q: &Wrench,
+    s: f64,
+) -> Option<Jet> {
+    let seen = link.seen_at(t, &base.rotation).ok()?;
     let sections = seen.shape(q, held, &[s], FINE).ok()?;
     Some(jet(sections.first()?, base))
 }
@@ -360,8 +371,8 @@ fn tubes<'a>(
             rod,
             diameter,
             held: vec![&link.from.on, &link.to.on],
-            curve: traced(link, &held, q)?,
-            exact: Box::new(move |s| exact(link, &held, q, s)),
+            curve: traced(link, t, &held, q)?,
+            exact: Box::new(move |s| exact(link, t, &held, q, s)),
         })
     });
     tubes.collect()

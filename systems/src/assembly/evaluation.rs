@@ -127,12 +127,15 @@ impl Link {
         tolerance: f64,
     ) -> Result<LinkPoint> {
         let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
-        let seen = self.with_base_rotation(&base.pose.rotation);
+        let seen = self.seen_at(t, &base.pose.rotation)?;
         let end = seen.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
+        let driven = seen.drive_at(t, q, &end, tolerance)?;
         if let (Some(found), Cow::Owned(_)) = (end.taut(), &seen) {
             self.last_taut.keep(found);
         }
-        Ok(self.placed(t, bodies, end))
+        let mut point = self.placed(t, bodies, end);
+        point.driven = driven;
+        Ok(point)
     }
 
     /// A known end placed between its attachments at time `t`; the base of a rod between ball joints is turned along
@@ -145,6 +148,7 @@ impl Link {
             tip,
             end,
             spin,
+            driven: None,
         };
         point.align();
         point
@@ -259,10 +263,11 @@ impl Assembly {
         sums
     }
 
-    /// Power of the moving supports on the rods.
-    pub fn support_power(&self, points: &[LinkPoint]) -> f64 {
+    /// Power of moving supports and of section laws in time on the rods.
+    pub fn power_on_rods(&self, points: &[LinkPoint]) -> f64 {
         let mut power = 0.0;
         for (link, point) in self.links.iter().zip(points) {
+            power += point.driven.as_ref().map_or(0.0, |driven| driven.power);
             let ends = [(&link.from, &point.base), (&link.to, &point.tip)];
             for ((site, place), wrench) in ends.into_iter().zip(point.wrenches()) {
                 if let AttachedTo::Support(_) = site.on {

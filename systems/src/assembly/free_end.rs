@@ -38,7 +38,21 @@ impl FreeRod {
         tolerance: f64,
     ) -> Result<Vec<RodSection>> {
         let at = evenly(self.rod.length(), count);
-        let sections = self.rod.shape(&Wrench::zeros(), &at, tolerance)?;
+        self.sections(t, bodies, &at, tolerance)
+    }
+
+    /// Sections at arclengths in growing order in the world at time `t`.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`].
+    pub(super) fn sections(
+        &self,
+        t: f64,
+        bodies: &[BodyMotion],
+        at: &[f64],
+        tolerance: f64,
+    ) -> Result<Vec<RodSection>> {
+        let sections = self.rod.shape(&Wrench::zeros(), at, tolerance)?;
         Ok(placed(sections, &self.from.at(t, bodies).pose))
     }
 }

@@ -93,7 +93,7 @@ impl LinearisedStage {
         let mut by_wrench = DMatrix::zeros(total, 6 * bodies.len());
         let mut by_place = DMatrix::zeros(total, total);
         let mut by_velocity = DMatrix::zeros(total, total);
-        let (mut power, mut loss) = (assembly.support_power(&at.points), 0.0);
+        let (mut power, mut loss) = (assembly.power_on_rods(&at.points), 0.0);
         power += with_rods.as_ref().map_or(0.0, |with| with.power);
         let spins = with_rods.as_ref().map_or(&[][..], |with| &with.spins);
         assembly.write_spin_rates(state, &at.points, &moving, spins, 1.0, &mut rates);

@@ -295,7 +295,8 @@ impl Assembly {
             .collect()
     }
 
-    /// Shape of rod `k` in the world at time `t`: its sections at arclengths in growing order.
+    /// Shape of rod `k` in the world at time `t`: its sections at arclengths in growing order. Rods with a free end
+    /// come after the others.
     ///
     /// # Errors
     /// As [`super::Link::end`].
@@ -307,10 +308,14 @@ impl Assembly {
         at: &[f64],
         tolerance: f64,
     ) -> Result<Vec<RodSection>> {
+        let held = self.links().len();
+        if let Some(rod) = k.checked_sub(held).and_then(|k| self.free().get(k)) {
+            return rod.sections(t, &now.bodies, at, tolerance);
+        }
         let (link, q) = (&self.links()[k], &now.charts[k]);
         let point = self.placed(t, now, k, tolerance)?;
         let (base, tip) = (point.base.pose, point.tip.pose);
-        let seen = link.with_base_rotation(&base.rotation);
+        let seen = link.seen_at(t, &base.rotation)?;
         Ok(placed(
             seen.shape(q, &base.inv_mul(&tip), at, tolerance)?,
             &base,

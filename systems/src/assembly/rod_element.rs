@@ -2,9 +2,11 @@
 
 use super::attachment::{Attachment, Joint};
 use super::body::BodyMotion;
+use super::rod_in_time::DriveAtChart;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
 use crate::rod::{DistributedLoad, Rod, SectionMass, Taut, Trace};
+use crate::section::LawInTime;
 use crate::solve::warm_start::WarmStart;
 use nalgebra::{
     FullPivLU, Isometry3, Matrix6, Quaternion, SMatrix, U6, UnitQuaternion, Vector3, Vector6,
@@ -34,6 +36,8 @@ pub struct Link {
     pub(super) clamp_turns: bool,
     pub(super) diameter: Option<f64>,
     pub(super) load: Option<LoadOnRod>,
+    /// Section law, if it varies in time; the rod has that of t = 0.
+    pub(super) in_time: Option<Arc<LawInTime>>,
     /// Director, 0 or 1, about which the rod of a planar assembly bends.
     pub(super) bent_about: Option<usize>,
 }
@@ -216,6 +220,8 @@ pub struct LinkPoint {
     pub end: LinkEnd,
     /// Angular velocity about the chord, for a rod with mass between two ball joints.
     pub spin: f64,
+    /// Effect of a section law that varies in time.
+    pub(super) driven: Option<DriveAtChart>,
 }
 
 impl Link {
@@ -243,6 +249,7 @@ impl Link {
             clamp_turns: false,
             diameter: None,
             load: None,
+            in_time: None,
             bent_about: None,
         }
     }
@@ -410,9 +417,11 @@ impl Link {
         [&self.from, &self.to].map(|site| site.lever(bodies))
     }
 
-    /// First time after `t` at which the motion of a support is not smooth.
+    /// First time after `t` at which the motion of a support, or the section law, is not smooth.
     pub(super) fn next_break(&self, t: f64) -> f64 {
-        self.from.next_break(t).min(self.to.next_break(t))
+        let ends = self.from.next_break(t).min(self.to.next_break(t));
+        let law = self.in_time.as_ref();
+        ends.min(law.map_or(f64::INFINITY, |law| law.next_break(t)))
     }
 
     /// Scales of gaps: radians, rod lengths, and B/L for the couples of a ball joint or a taut rod.
@@ -532,7 +541,10 @@ impl LinkPoint {
 
     /// Right-hand side of the chart's equation of motion: jacobian . q' = drive.
     pub fn drive(&self) -> Vector6<f64> {
-        let drive = self.end.drive * self.relative_twist();
+        let mut drive = self.end.drive * self.relative_twist();
+        if let Some(driven) = &self.driven {
+            drive -= driven.rates;
+        }
         match &self.end.along {
             None => drive,
             Some(along) => drive - along.prescribed * self.base_spin(),

@@ -315,7 +315,7 @@ impl Assembly {
                 .for_each(|x| *x *= factor);
         }
         let mut wrenches = self.wrenches(&now.bodies, points);
-        let (mut power, mut loss) = (self.support_power(points), 0.0);
+        let (mut power, mut loss) = (self.power_on_rods(points), 0.0);
         let mut spins = Vec::new();
         if self.feels_rods() {
             let together = self.feel_rods(&at, tolerance, &mut wrenches)?;

@@ -74,6 +74,9 @@ impl LinkPoint {
         if let Some(along) = &self.end.along {
             spin += along.turned.fixed_rows::<3>(0) * self.base_spin();
         }
+        if let Some(driven) = &self.driven {
+            spin += driven.turn;
+        }
         // The axial force of a straight rod has no determined rate, either, but does not affect the rotation.
         let steep = (0..6).any(|i| {
             let least = svd.singular_values[i].max(f64::EPSILON * largest);
@@ -458,7 +461,7 @@ impl Assembly {
         let rods = self.links().iter().zip(&points).zip(&now.charts);
         let held = rods
             .map(|((link, point), q)| {
-                let seen = link.with_base_rotation(&point.base.pose.rotation);
+                let seen = link.seen_at(t, &point.base.pose.rotation)?;
                 seen.index(q, &point.held(), tolerance)
             })
             .sum::<Result<usize>>()?;

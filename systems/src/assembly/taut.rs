@@ -86,7 +86,7 @@ impl Link {
 
     /// True if the present pull suits the chart of a taut rod, with hysteresis.
     pub fn suits_taut(&self, q: &Wrench, point: &LinkPoint) -> bool {
-        if self.is_pinned() {
+        if self.is_pinned() || self.in_time.is_some() {
             return false;
         }
         let borders = if self.chart.is_taut() { SLACK } else { TAUT };
@@ -109,7 +109,7 @@ impl Link {
     }
 
     pub(super) fn is_taut(&self, q: &Wrench, held: &Isometry3<f64>) -> bool {
-        if self.is_pinned() {
+        if self.is_pinned() || self.in_time.is_some() {
             return false;
         }
         let pull = || {

@@ -38,6 +38,20 @@ pub enum Curve {
     Space,
 }
 
+impl Curve {
+    /// Pose of the base of a rod whose attachment has this pose: in the plane d1 is along z and d3 along x.
+    pub fn base(self, attachment: &Isometry3<f64>) -> Isometry3<f64> {
+        match self {
+            Self::Plane => {
+                let turn = Matrix3::new(0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0, 0.0);
+                let turn = Rotation3::from_matrix_unchecked(turn);
+                Isometry3::from_parts(nalgebra::Translation3::identity(), turn.into())
+            }
+            Self::Space => *attachment,
+        }
+    }
+}
+
 /// Step of the differences for curvatures of the centreline, as part of the rod's length. The curvatures serve the
 /// search for the nearest point, not the distance.
 const STRIDE: f64 = 1e-5;
@@ -315,6 +329,42 @@ impl Sections {
         couples: &[Vector3<f64>],
         forces: &[Vector3<f64>],
     ) -> Vec<f64> {
+        let [moments, beyond] = self.beyond(shape, couples, forces);
+        let mut out = Vec::with_capacity(self.size());
+        for ((directors, m), p) in shape.directors.iter().zip(&moments).zip(&beyond) {
+            for k in &self.active {
+                let part = if *k < 3 { m } else { p };
+                out.push(directors.column(*k % 3).dot(part));
+            }
+        }
+        out
+    }
+
+    /// Resultants (couple, force) along the directors at the nodes that balance couples and forces of the rod on masses
+    /// at the sections, those of rigid strains among them.
+    pub fn resultants(
+        &self,
+        shape: &Shape,
+        couples: &[Vector3<f64>],
+        forces: &[Vector3<f64>],
+    ) -> Vec<Vector6<f64>> {
+        let [moments, beyond] = self.beyond(shape, couples, forces);
+        let nodes = shape.directors.iter().zip(self.weights());
+        let nodes = nodes.zip(moments.iter().zip(&beyond));
+        nodes
+            .map(|((directors, weight), (m, p))| {
+                -join(&directors.tr_mul(m), &directors.tr_mul(p)) / weight
+            })
+            .collect()
+    }
+
+    /// weight_j times the moment and the force at node j of couples and forces on the sections beyond.
+    fn beyond(
+        &self,
+        shape: &Shape,
+        couples: &[Vector3<f64>],
+        forces: &[Vector3<f64>],
+    ) -> [Vec<Vector3<f64>>; 2] {
         let [arms, beyond] = self.borne(shape, couples, forces);
         let moments: Vec<Vector3<f64>> = match &shape.spins {
             Some(spins) => spins
@@ -324,14 +374,7 @@ impl Sections {
                 .collect(),
             None => self.down(&arms),
         };
-        let mut out = Vec::with_capacity(self.size());
-        for ((directors, m), p) in shape.directors.iter().zip(&moments).zip(&beyond) {
-            for k in &self.active {
-                let part = if *k < 3 { m } else { p };
-                out.push(directors.column(*k % 3).dot(part));
-            }
-        }
-        out
+        [moments, beyond]
     }
 
     /// Resultant wrench on the base of couples and forces on the sections.

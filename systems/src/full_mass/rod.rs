@@ -332,18 +332,15 @@ impl HeavyRod {
         self
     }
 
-    /// Motions of the sections at places in [0, 1], of a base with this pose and twist; None in the plane, whose rods
-    /// have no other strains than their curvature.
+    /// Motions of the sections at places in [0, 1], of a base with this pose and twist.
     pub(super) fn motions(
         &self,
         at: &RodState,
         base: Isometry3<f64>,
         twist: Vector6<f64>,
         places: &[f64],
-    ) -> Option<Vec<BodyMotion>> {
-        if self.given.curve == Curve::Plane {
-            return None;
-        }
+    ) -> Vec<BodyMotion> {
+        let base = self.given.curve.base(&base);
         let (grid, length) = (&self.sections.grid, self.given.law.length());
         let nodes = 0..grid.len();
         let turned = |i: usize, v: Vector3<f64>| at.shape.directors[i] * v * length;
@@ -379,7 +376,14 @@ impl HeavyRod {
                 &(velocity + grid.integral_at(&faster, *s)),
             ),
         };
-        Some(places.iter().map(motion).collect())
+        places.iter().map(motion).collect()
+    }
+
+    /// Resultants (couple, force) along the directors at the nodes in a balance.
+    pub fn resultants(&self, at: &RodState, balance: &Balance) -> Vec<Vector6<f64>> {
+        let couples = self.couples(&balance.wrenches, &balance.turned);
+        let forces: Vec<Vector3<f64>> = parts(&balance.wrenches, 3);
+        self.sections.resultants(&at.shape, &couples, &forces)
     }
 
     /// Centreline of this rod, number `rod`, with its ends held as given, if it has a contact diameter.

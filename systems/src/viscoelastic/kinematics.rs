@@ -2,7 +2,7 @@
 
 use super::grid::Grid;
 use super::material::Constant;
-use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
 use std::fmt::Debug;
 
 /// A local quantity of one node: strains, rates, resultants.
@@ -70,6 +70,16 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         w: &AtEnd<D>,
         out: &mut DMatrix<f64>,
     );
+
+    /// Resultants (couple, force) along the directors at the nodes under the end wrench `w` and a dead load `force` per
+    /// length at the nodes, those of rigid strains among them.
+    fn resultants(
+        &self,
+        grid: &Grid,
+        shape: &Self::Shape,
+        w: &AtEnd<D>,
+        force: Option<&[Vector3<f64>]>,
+    ) -> Vec<Vector6<f64>>;
 
     /// Effect on the rod of a dead load `force` per length at the nodes, in the frame of the clamp.
     fn borne(&self, grid: &Grid, shape: &Self::Shape, force: &[Vector3<f64>]) -> Borne<M>;

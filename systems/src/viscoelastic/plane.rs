@@ -5,7 +5,7 @@
 
 use super::grid::Grid;
 use super::kinematics::{AtEnd, Borne, Kinematics, Local};
-use nalgebra::{DMatrix, SMatrix, Vector1, Vector2, Vector3};
+use nalgebra::{DMatrix, SMatrix, Vector1, Vector2, Vector3, Vector6};
 
 /// The kinematics of an inextensible rod in a plane, clamped along +x, with a point mass on its end.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -81,6 +81,28 @@ impl Kinematics<1, 2> for Plane {
 
     fn transfer(&self, shape: &PlaneShape, i: usize) -> SMatrix<f64, 1, 2> {
         shape.lever(i).transpose()
+    }
+
+    /// The directors are (z, d2, tangent).
+    fn resultants(
+        &self,
+        grid: &Grid,
+        shape: &PlaneShape,
+        w: &AtEnd<2>,
+        force: Option<&[Vector3<f64>]>,
+    ) -> Vec<Vector6<f64>> {
+        let borne = force.map(|f| (self.borne(grid, shape, f).resultants, beyond(grid, f)));
+        let node = |i: usize| {
+            let (mut couple, mut n) = (shape.lever(i).dot(w), *w);
+            if let Some((couples, forces)) = &borne {
+                couple += couples[i][0];
+                n += forces[i];
+            }
+            let t = shape.tangents[i];
+            let across = n.x * t.y - n.y * t.x;
+            Vector6::new(couple, 0.0, 0.0, 0.0, across, n.dot(&t))
+        };
+        (0..shape.tangents.len()).map(node).collect()
     }
 
     /// With N the force beyond a section, g_i = int_{s_i}^1 N.J t. This is the gradient of the discrete potential,

@@ -15,10 +15,12 @@ mod stages8;
 use super::grid::{Element, Grid};
 use super::kinematics::{AtEnd, Borne, EndAndDissipation, Kinematics, Local};
 use super::material::Constant;
-use crate::math::se3::{Turn, frame, identity, spin, unit};
+use crate::math::se3::{Turn, frame, identity, join, spin, unit};
 use crate::math::small_matrices::{add_times, times};
 use crate::section::Strain;
-use nalgebra::{DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4};
+use nalgebra::{
+    DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4, Vector6,
+};
 use rotations::{Scratch, integrate, turn};
 use stages8::{EndPose, Flowing, LANES, Lanes, Loading};
 
@@ -196,6 +198,27 @@ impl<const M: usize, const D: usize> Space<M, D> {
             sums.fixed_rows::<3>(0).into_owned(),
             &(sums.fixed_rows::<4>(3) + identity()),
         )
+    }
+
+    /// Derivatives along the rod of spin and velocity at the nodes, R u_t and omega x R v + R v_t, from strain rates.
+    pub fn rates_along(
+        &self,
+        grid: &Grid,
+        curve: &FramedCurve,
+        strains: &[Local<M>],
+        rates: &[Local<M>],
+    ) -> [Vec<Vector3<f64>>; 2] {
+        let directors = &curve.directors;
+        let bends = directors.iter().zip(rates);
+        let bends: Vec<Vector3<f64>> = bends.map(|(r, rate)| r * curvature(rate)).collect();
+        let mut spins = vec![Vector3::zeros(); grid.len()];
+        grid.integrate(&bends, &mut spins);
+        let nodes = directors.iter().zip(strains.iter().zip(rates));
+        let faster = nodes.zip(&spins).map(|((r, (strain, rate)), spin)| {
+            spin.cross(&tangent(r, strain)) + stretched(r, rate)
+        });
+        let faster = faster.collect();
+        [bends, faster]
     }
 
     /// (m1, n1) of an end wrench.
@@ -407,6 +430,26 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 }
             }
         }
+    }
+
+    fn resultants(
+        &self,
+        grid: &Grid,
+        curve: &FramedCurve,
+        w: &AtEnd<D>,
+        force: Option<&[Vector3<f64>]>,
+    ) -> Vec<Vector6<f64>> {
+        let (couple, n) = Self::wrench(w);
+        let beyond = force.map(|force| distributed_load::resultants(grid, curve, force));
+        let node = |(i, directors): (usize, &Matrix3<f64>)| {
+            let mut here = [couple + curve.arm(i).cross(&n), n];
+            if let Some(beyond) = &beyond {
+                here[0] += beyond[i][0];
+                here[1] += beyond[i][1];
+            }
+            join(&directors.tr_mul(&here[0]), &directors.tr_mul(&here[1]))
+        };
+        curve.directors.iter().enumerate().map(node).collect()
     }
 
     fn borne(&self, grid: &Grid, curve: &FramedCurve, force: &[Vector3<f64>]) -> Borne<M> {

@@ -497,8 +497,8 @@ impl HeavyAssembly {
         ended.collect()
     }
 
-    /// Motions of the sections of rod `k` at places in [0, 1], in growing order; None if the rod has no shape.
-    pub fn motions_of(&self, at: &HeavyState, k: usize, places: &[f64]) -> Option<Vec<BodyMotion>> {
+    /// Motions of the sections of rod `k` at places in [0, 1], in growing order.
+    pub fn motions_of(&self, at: &HeavyState, k: usize, places: &[f64]) -> Vec<BodyMotion> {
         let base = &at.seats[k].0;
         self.links[k]
             .rod

@@ -449,6 +449,11 @@ impl ElementAssembly {
         self.sites.len()
     }
 
+    /// True if springs hold rigid strains.
+    pub fn has_springs(&self) -> bool {
+        self.rods.iter().any(|rod| !rod.springs.is_empty())
+    }
+
     /// Number of rods.
     pub fn rods(&self) -> usize {
         self.rods.len()

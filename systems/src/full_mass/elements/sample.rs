@@ -1,6 +1,6 @@
 //! Quantities of a moment: sections, strains, bodies, and how well the elements resolve them.
 
-use super::system::point;
+use super::system::{by_spin, point, point_rate};
 use super::{Element, ElementAssembly, ElementMoment, ElementRod, Freedoms};
 use crate::assembly::BodyMotion;
 use crate::math::se3::{Turn, unit};
@@ -67,6 +67,41 @@ impl ElementAssembly {
                 .iter()
                 .zip(values)
                 .fold(Strain::zeros(), |sum, (e, value)| sum + e * value)
+        };
+        places.iter().map(of).collect()
+    }
+
+    /// Resultants (couple, force) of rod `k` along the directors at places in [0, 1], from those at the Gauss points.
+    /// `None` outside the law's domain.
+    pub fn resultants(
+        &self,
+        at: &ElementMoment,
+        k: usize,
+        places: &[f64],
+    ) -> Option<Vec<Vector6<f64>>> {
+        let rod = &self.rods[k];
+        let of = |s: &f64| {
+            let (number, x) = rod.element_at(*s);
+            let element = &rod.elements[number];
+            let nodes = &at.nodes[k][element.nodes.clone()];
+            let over = 1.0 / rod.length(element);
+            let turns: Vec<Turn> = nodes
+                .iter()
+                .map(|node| by_spin(&node.turn) * node.spin)
+                .collect();
+            let mut sum = Vector6::zeros();
+            let table = &*self.table;
+            for (g, value) in lagrange(&table.points, x).into_iter().enumerate() {
+                let (values, slopes) = (&table.values[g], &table.slopes[g]);
+                let here = point(nodes, values, slopes, over);
+                let e = here.strain();
+                let moving = point_rate(nodes, &turns, values, slopes, over);
+                let rate = here.strain_rate(&moving, &e);
+                let s = element.from + (element.to - element.from) * table.points[g];
+                let answer = rod.answer(s, &e, &rate)?;
+                sum += (answer.elastic + answer.friction) * value;
+            }
+            Some(sum)
         };
         places.iter().map(of).collect()
     }
@@ -171,8 +206,8 @@ impl ElementAssembly {
         Some(state)
     }
 
-    /// Motion of a section, interpolated between the nodes.
-    fn motion_at(&self, at: &ElementMoment, k: usize, s: f64) -> BodyMotion {
+    /// Motion of the section of rod `k` at s in [0, 1], interpolated between the nodes.
+    pub fn motion_at(&self, at: &ElementMoment, k: usize, s: f64) -> BodyMotion {
         let (number, x) = self.rods[k].element_at(s);
         let nodes = &at.nodes[k][self.rods[k].elements[number].nodes.clone()];
         let mut twist = Vector6::zeros();

@@ -180,6 +180,21 @@ impl ElementAssembly {
         (0..count).flat_map(site)
     }
 
+    /// Sets the spin of site `i` in a state to that of its rotation, whose coordinates change at `rate` of their index.
+    pub fn set_spin(&self, i: usize, y: &mut DVector<f64>, rate: impl Fn(usize) -> f64) {
+        let turn = PLACE * i + 3;
+        let p: Turn = y.fixed_rows::<4>(turn).into_owned();
+        let turning = Turn::from_fn(|k, _| rate(turn + k));
+        let spin = product(&turning, &conjugate(&p)) * (2.0 / p.norm_squared());
+        y.fixed_rows_mut::<3>(self.spin_of(i))
+            .copy_from(&spin.fixed_rows::<3>(1));
+    }
+
+    /// Index of the spin of site `i` in a state.
+    pub fn spin_of(&self, i: usize) -> usize {
+        PLACE * self.sites.len() + TWIST * i
+    }
+
     /// A state at time 0 from motions of the listed bodies, and of all nodes of every rod.
     pub fn state(&self, bodies: &[BodyMotion], rods: &[Vec<BodyMotion>]) -> DVector<f64> {
         let mut y = DVector::zeros(self.time() + INTEGRALS);

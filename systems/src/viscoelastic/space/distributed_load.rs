@@ -13,7 +13,11 @@ use crate::viscoelastic::kinematics::{Borne, Local};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 
 /// (c, N) at the nodes.
-fn resultants(grid: &Grid, curve: &FramedCurve, force: &[Vector3<f64>]) -> Vec<[Vector3<f64>; 2]> {
+pub(super) fn resultants(
+    grid: &Grid,
+    curve: &FramedCurve,
+    force: &[Vector3<f64>],
+) -> Vec<[Vector3<f64>; 2]> {
     let moments = curve.positions.iter().zip(force);
     let mut sums: Vec<SVector<f64, 6>> = moments
         .map(|(r, f)| {
