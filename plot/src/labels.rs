@@ -34,17 +34,17 @@ const DISTANCES: [(f64, f64); 7] = [
 const LED: f64 = 20.0;
 /// Distance below which two spots look like one and share a word.
 const SAME: f64 = 2.5;
-/// Rounds over all words: later words make room that earlier ones did not know of.
+/// Number of rounds over all words: a word that moves in one round makes room for other words in the next round.
 const ROUNDS: usize = 3;
-/// Costs relative to a dot of ink: of a mark under a word,
+/// Cost of a mark under a word, over that of a dot of ink.
 const MARK: f64 = 8.0;
-/// of another mark that is hardly farther from the word than its own,
+/// Cost of a foreign mark hardly farther from a word than the mark of the word, over that of a dot of ink.
 const STRANGER: f64 = 6.0;
-/// of a line across a word,
+/// Cost of a line across a word, over that of a dot of ink.
 const CROSSING: f64 = 60.0;
-/// of a word on a word,
+/// Cost of a word on a word, over that of a dot of ink.
 const COVERED: f64 = 1e4;
-/// and of a word outside of the panel.
+/// Cost of a word outside of the panel, over that of a dot of ink.
 const OUTSIDE: f64 = 1e6;
 
 /// A word in its place.

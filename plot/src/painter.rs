@@ -26,7 +26,7 @@ fn director(k: usize) -> Colour {
 pub(crate) struct Painter<'a> {
     stage: &'a Stage,
     halo: bool,
-    /// Length in pixels of the pieces of lines, which are painted in order of their distance.
+    /// Length of a piece of a line, in pixels. Pieces are painted from the farthest to the nearest.
     piece: f64,
     things: Vec<(f64, Vec<Ink>)>,
     plates: Vec<[Point; 8]>,

@@ -88,7 +88,8 @@ impl Scene {
                     all.end(end);
                 }
                 all.clamp(&mut self.clamp);
-                all.rod(&mut self.rod, [&loads.distributed, &loads.follower]);
+                let along = [&loads.distributed, &loads.follower];
+                all.rod(&mut self.rod, along, !self.stations.is_empty());
                 if let Some(body) = &mut self.body {
                     all.body(body);
                 }
@@ -303,9 +304,9 @@ impl<'a> Registry<'a> {
         self.add("frequency", Quantity::Rate, [&mut sine.frequency]);
     }
 
-    /// Adds the numbers of a rod under a load along its length.
-    fn rod(&mut self, rod: &'a mut Rod, loads: [&LoadAlong; 2]) {
-        // Tables hold arclengths up to the length, so the length cannot vary alone.
+    /// Adds the numbers of a rod under a load along its length. `has_stations`: stations lie on the rod.
+    fn rod(&mut self, rod: &'a mut Rod, loads: [&LoadAlong; 2], has_stations: bool) {
+        // Tables and stations hold arclengths up to the length, so the length cannot vary alone.
         let is_table = |along: &Along| !along.nodes().is_empty();
         let shape = rod.section.shape();
         let in_shape = shape.is_some_and(|shape| shape.sizes().any(is_table));
@@ -318,6 +319,7 @@ impl<'a> Registry<'a> {
         let in_section = |law: &Diagonal| law.stiffnesses().any(|(_, along)| is_table(along));
         let in_table = |load: &LoadAlong| matches!(load, LoadAlong::Table { .. });
         if !(in_shape
+            || has_stations
             || loads.into_iter().any(in_table)
             || section.is_some_and(in_section)
             || rod.rest.all().any(is_table)

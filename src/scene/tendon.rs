@@ -84,7 +84,7 @@ impl Rod {
         self.histories().any(varies).then_some("tendon")
     }
 
-    /// The section law in time, in these units; `None` for a law that does not vary.
+    /// Section law in time, in `units`; `None` if tensions and drive are constant.
     ///
     /// # Errors
     /// As [`Scene::cosserat_rod`](super::Scene::cosserat_rod).

@@ -61,7 +61,7 @@ impl LawInTime {
         drive.chain(self.tendons.iter().map(|(_, tension)| tension))
     }
 
-    /// The law at time `t`, with its rates.
+    /// Section law at time `t`, with the rates of its tensions and of its drive.
     ///
     /// # Errors
     /// A tension < 0, a number that is not finite.

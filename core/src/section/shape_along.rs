@@ -1,4 +1,4 @@
-//! Shapes of sections that vary along a rod, and the mass per length of such shapes.
+//! Shapes of sections that vary along a rod, and the mass per length of the rod.
 
 use super::{Along, Profile, Shape};
 use crate::error::Result;

@@ -519,7 +519,7 @@ impl AssemblySetup {
         self.reversed[rod]
     }
 
-    /// True if rod `rod` begins at its `to` in a motion. No heavy rod begins at its `to`.
+    /// True if rod `rod` begins at its `to` in a motion. Rods with full mass begin at `from`.
     pub fn moves_reversed(&self, rod: usize) -> bool {
         self.reversed[rod] && self.heavy.is_none()
     }

@@ -55,7 +55,7 @@ impl Sources {
         }
     }
 
-    /// Sets the directory in which the text lies: paths in the text count from there.
+    /// Sets the directory of the text, from which relative paths in the text count.
     pub fn in_directory(mut self, directory: &Path) -> Self {
         self.directory = directory.to_owned();
         self

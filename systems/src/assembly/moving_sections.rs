@@ -88,7 +88,7 @@ impl Assembly {
     }
 }
 
-/// A section that moves with the base of its rod.
+/// Motion of a section of a rod that keeps its shape and moves rigidly with `base`.
 fn riding(section: RodSection, base: &BodyMotion) -> MovingSection {
     let (spin, velocity) = halves(&base.twist);
     let lever = section.position - base.pose.translation.vector;

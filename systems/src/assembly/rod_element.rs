@@ -36,7 +36,7 @@ pub struct Link {
     pub(super) clamp_turns: bool,
     pub(super) diameter: Option<f64>,
     pub(super) load: Option<LoadOnRod>,
-    /// Section law, if it varies in time; the rod has that of t = 0.
+    /// Section law in time, if it varies; the field `rod` has the law of t = 0.
     pub(super) in_time: Option<Arc<LawInTime>>,
     /// Director, 0 or 1, about which the rod of a planar assembly bends.
     pub(super) bent_about: Option<usize>,

@@ -251,7 +251,7 @@ impl<'a> Descent<'a> {
                 continue;
             }
             for (rod, link) in self.model.rods.iter_mut().zip(self.assembly.links()) {
-                // A rod gives way by its load over the stiffness of its springs.
+                // Springs are stiffened with the load, so that the rigid strains of all rods give way alike.
                 let load = 1.0 + force_on(self.assembly, link) / link.units()[3];
                 let couple = link.units()[0] * link.rod().length() * load * stage / GIVE;
                 let force = couple / link.rod().length().powi(2);

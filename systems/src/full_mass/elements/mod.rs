@@ -482,7 +482,7 @@ impl ElementAssembly {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// True if the end of rod `k` has a rotation of its own, not that of its attachment.
+    /// True if the end of rod `k` turns freely on its attachment.
     fn turns_at_end(&self, k: usize) -> bool {
         let last = self.rods[k].nodes.last();
         last.is_some_and(|node| node.turn != node.shift)
