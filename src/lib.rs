@@ -113,11 +113,13 @@
 //! | [`error`] | the one error type |
 //! | [`math`] | elliptic integrals and functions by the complementary modulus |
 //! | [`solve`] | general algorithms: Newton, bracketed roots, DOP853 with events, Radau IIA, continuation |
+//! | [`obstacle`] | obstacles as signed distances with two derivatives |
 //! | [`section`] | laws of a cross-section: stored energy, friction, relaxation |
 //! | [`manifold`] | trait of equilibrium manifolds, inversion near a guess; smallest example: the von Mises truss |
 //! | [`elastica`] | planar elastica in closed form: labels, folds, cusps, index, all equilibria at a point, landings |
 //! | [`rod`] | Cosserat rods in space: equilibria, branches, stability |
 //! | [`body`] | the mass, or the rigid body, and its loads |
+//! | [`contact`] | shapes of bodies, impacts with friction, contact forces |
 //! | [`viscoelastic`] | viscoelastic rods: strains on Gauss nodes, wrench of a moving end, memory of small motions |
 //! | [`assembly`] | several rods and bodies: equilibria, stability, equations of motion, landings, contact |
 //! | [`full_mass`] | rods of full mass: kinematics, balance, equilibria, vibrations |
@@ -198,7 +200,8 @@ extern crate self as snaprod;
 pub use snaprod_motion as motion;
 #[doc(inline)]
 pub use snaprod_systems::{
-    assembly, body, elastica, error, full_mass, manifold, math, rod, section, solve, viscoelastic,
+    assembly, body, contact, elastica, error, full_mass, manifold, math, obstacle, rod, section,
+    solve, viscoelastic,
 };
 #[doc(inline)]
 pub use snaprod_waves::bar;

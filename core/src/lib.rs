@@ -5,10 +5,12 @@
 #![warn(missing_docs)]
 
 pub mod body;
+pub mod contact;
 pub mod elastica;
 pub mod error;
 pub mod manifold;
 pub mod math;
+pub mod obstacle;
 pub mod rod;
 pub mod section;
 pub mod solve;

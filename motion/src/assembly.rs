@@ -13,6 +13,7 @@ mod chart_switching;
 mod events;
 mod first_order_mass;
 mod implicit;
+mod joints;
 mod sample;
 mod step;
 
@@ -181,6 +182,7 @@ impl AssemblyRun {
             ));
         }
         first_order_mass::check(&assembly, &options)?;
+        joints::check(&assembly, &options)?;
         Body::start_in_grooves(assembly.carriers(), &start.bodies)?;
         let mut assembly = Arc::new(assembly);
         let local = options.local_tolerance();
@@ -258,7 +260,7 @@ impl AssemblyRun {
         let mut run = Self {
             step: None,
             solver,
-            implicit: Implicit::new(options.method, slow),
+            implicit: Implicit::new(joints::method(&assembly, options.method), slow),
             assembly: assembly.clone(),
             options,
             dense: None,
@@ -428,6 +430,9 @@ impl AssemblyRun {
             let remedy = "what seems to be a fold is an error; lower run.tolerance";
             return Ok(self.stuck(Cause::Ledger { relative }, remedy));
         }
+        if self.assembly.is_jointed(link) {
+            return self.snap_with_joints(link, time_error, here);
+        }
         let (point, fold) = (&here.at.points[link], here.at.now.charts[link]);
         let time = here.at.integrals.time;
         let rod = self.assembly.links()[link].seen_at(time, &point.base.pose.rotation)?;
@@ -465,6 +470,7 @@ impl AssemblyRun {
                 from: from.clone(),
                 to,
                 rod: link,
+                joints: Vec::new(),
                 base: point.base.pose.rotation,
                 choices: landed.choices,
                 reached: *reached,
@@ -489,6 +495,7 @@ impl AssemblyRun {
         let state = self.solver.state().0.clone();
         let q = Wrench::from_column_slice(snap.to.q.as_slice());
         let state = self.assembly.with_chart(state, snap.rod, &q);
+        let state = self.assembly.with_joints_of(state, snap.rod, &snap.joints);
         let state = StateVector(self.assembly.align_spins(state, self.along()));
         self.see_anew(&state, snap.rod)?;
         self.released += snap.released;
@@ -530,10 +537,7 @@ fn first_step(state: &StateVector, slope: &StateVector, tolerance: f64) -> f64 {
 }
 
 fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
-    let rods = assembly.links().iter().zip(&at.points).zip(&at.now.charts);
-    rods.map(|((link, point), q)| {
-        let seen = link.seen_at(at.integrals.time, &point.base.pose.rotation)?;
-        seen.index(q, &point.held(), tolerance)
-    })
-    .collect()
+    (0..assembly.links().len())
+        .map(|k| assembly.index_of_rod(k, at, tolerance))
+        .collect()
 }

@@ -1,5 +1,6 @@
 //! Events of a run, and the reasons for its end.
 
+use super::contact::ContactEvent;
 use super::snap::Snap;
 use super::viscoelastic::Layer;
 use nalgebra::DVector;
@@ -22,6 +23,8 @@ pub enum Event {
     Layer(Layer),
     /// A taut elastic rod reversed the outward motion of a body within the last step.
     Bounce(Bounce),
+    /// A body hit an obstacle or another body, or a contact changed within the last step.
+    Contact(ContactEvent),
     /// The end; no event follows.
     Stop(Outcome),
 }
@@ -94,6 +97,8 @@ pub enum Outcome {
     StepLimit,
     /// The bound on snaps was reached.
     SnapLimit,
+    /// The bound on impacts was reached.
+    ImpactLimit,
     /// The run cannot go on.
     Stuck(Stuck),
     /// Interrupted by the caller.
@@ -107,7 +112,7 @@ impl Outcome {
     }
 
     /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, step_limit,
-    /// snap_limit, stuck, interrupted.
+    /// snap_limit, impact_limit, stuck, interrupted.
     pub fn key(&self) -> &'static str {
         match self {
             Self::EndOfTime => "end_of_time",
@@ -117,6 +122,7 @@ impl Outcome {
             Self::SelfContact(_) => "self_contact",
             Self::StepLimit => "step_limit",
             Self::SnapLimit => "snap_limit",
+            Self::ImpactLimit => "impact_limit",
             Self::Stuck(_) => "stuck",
             Self::Interrupted => "interrupted",
         }
@@ -146,6 +152,7 @@ impl std::fmt::Display for Outcome {
             ),
             Self::StepLimit => f.write_str("the bound max_steps was reached"),
             Self::SnapLimit => f.write_str("the bound max_snaps was reached"),
+            Self::ImpactLimit => f.write_str("the bound max_impacts was reached"),
             Self::Stuck(stuck) => stuck.fmt(f),
             Self::Interrupted => f.write_str("interrupted"),
         }

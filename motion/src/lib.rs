@@ -11,12 +11,14 @@
 //!   ([`OnSheet`]), through its fold, by a [`Snap`] onto the next.
 //! * [`viscoelastic`]: a viscoelastic rod, whose state is the field of its strains.
 //! * [`full_mass`]: a rod with mass, whose state is the field of its strains and of their rates.
+//! * [`contact`]: rigid bodies without rods that hit obstacles and each other.
 //! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.
 #![warn(missing_docs)]
 
 mod adaptive_nodes;
 pub mod assembly;
 mod body_with_rod;
+pub mod contact;
 mod drive;
 mod event;
 pub mod full_mass;

@@ -495,6 +495,7 @@ impl EndPath<'_> {
             from,
             to,
             rod: self.rod.number(),
+            joints: Vec::new(),
             choices: None,
             reached: Some(true),
             moving: moving.map(Box::new),

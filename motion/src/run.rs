@@ -385,6 +385,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 },
                 released: here.ledger.elastic - elastic,
                 rod: 0,
+                joints: Vec::new(),
                 choices: landed.choices,
                 reached,
                 moving: None,

@@ -90,6 +90,8 @@ pub struct Snap {
     pub released: f64,
     /// Number of the rod that jumps, in an assembly; 0 for one rod.
     pub rod: usize,
+    /// Coordinates of the joints with axes of the rod at the landing, in an assembly; else none.
+    pub joints: Vec<f64>,
     /// Rotation of the base of the rod in the frame of the motion.
     pub base: UnitQuaternion<f64>,
     /// Number of stable equilibria with no more energy than the fold; None under the rule `Viscous`, which

@@ -37,16 +37,19 @@ pub enum SpecialKind {
     StabilityChange,
     /// A cusp: a triangle.
     Cusp,
+    /// A contact begins, ends or changes: a cross.
+    Contact,
     /// The end of the computed branch: a ring.
     End,
 }
 
 impl SpecialKind {
-    const ALL: [(Self, Mark, &'static str); 5] = [
+    const ALL: [(Self, Mark, &'static str); 6] = [
         (Self::Fold, Mark::Disc, "fold"),
         (Self::BranchPoint, Mark::Square, "branch point"),
         (Self::StabilityChange, Mark::Diamond, "stability change"),
         (Self::Cusp, Mark::Triangle, "cusp"),
+        (Self::Contact, Mark::Cross, "contact"),
         (Self::End, Mark::Ring, "end"),
     ];
 

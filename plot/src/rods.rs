@@ -8,7 +8,9 @@ use super::page::{Page, PageBlock, WIDTH, Width};
 use super::painter::Painter;
 use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
-use super::scenery::{GROOVE, GROOVE_NAME, Scenery, SpaceBody, SpaceRod, pen};
+use super::scenery::{
+    GROOVE, GROOVE_NAME, OBSTACLE, OBSTACLE_NAME, Scenery, SpaceBody, SpaceRod, pen,
+};
 use snaprod_core::error::Result;
 
 /// Rods in space.
@@ -22,6 +24,8 @@ pub struct RodShapes {
     pub bodies: Vec<SpaceBody>,
     /// Thin lines: the paths of points.
     pub paths: Vec<Vec<[f64; 3]>>,
+    /// Lines on obstacles.
+    pub obstacles: Vec<Vec<[f64; 3]>>,
     /// Curves that bodies slide in.
     pub grooves: Vec<Vec<[f64; 3]>>,
     /// Name of [`SpaceRod::value`], with its unit.
@@ -46,6 +50,7 @@ impl Default for RodShapes {
             rods: Vec::new(),
             bodies: Vec::new(),
             paths: Vec::new(),
+            obstacles: Vec::new(),
             grooves: Vec::new(),
             value_label: String::new(),
             ribbon: 0.0,
@@ -71,7 +76,12 @@ pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
     scenery.view = data.view;
     let corners = data.bodies.iter().filter_map(SpaceBody::corners);
     scenery.hold(&corners.flatten().collect::<Vec<_>>());
-    for line in data.paths.iter().chain(&data.grooves) {
+    for line in data
+        .paths
+        .iter()
+        .chain(&data.grooves)
+        .chain(&data.obstacles)
+    {
         scenery.hold(line);
     }
     let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
@@ -82,6 +92,9 @@ pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
         let mut painter = Painter::new(stage, !scenery.plane);
         for groove in &data.grooves {
             painter.path(groove, GROOVE);
+        }
+        for line in &data.obstacles {
+            painter.path(line, OBSTACLE);
         }
         for path in &data.paths {
             painter.path(path, Pen::new(GREY.tint(0.35), 0.9));
@@ -129,6 +142,9 @@ fn entries(data: &RodShapes, colour: &impl Fn(usize) -> Colour) -> Vec<Entry> {
     }
     if data.grooves.iter().flatten().any(drawable) {
         entries.push(Entry::new(Key::Line(GROOVE), GROOVE_NAME));
+    }
+    if data.obstacles.iter().flatten().any(drawable) {
+        entries.push(Entry::new(Key::Line(OBSTACLE), OBSTACLE_NAME));
     }
     entries
 }

@@ -97,6 +97,10 @@ impl SpaceBody {
 pub(crate) const GROOVE: Pen = Pen::new(Colour(190, 190, 190), 3.6);
 pub(crate) const GROOVE_NAME: &str = "groove";
 
+/// Pen of lines on obstacles.
+pub(crate) const OBSTACLE: Pen = Pen::new(Colour(165, 165, 165), 0.9);
+pub(crate) const OBSTACLE_NAME: &str = "obstacle";
+
 /// Pen of a rod at the middle of the box.
 pub(crate) fn pen(rod: &SpaceRod, colour: Colour) -> Pen {
     if rod.unstable {

@@ -9,7 +9,7 @@ use super::page::{Height, Page, PageBlock, Width};
 use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
 use super::paper::Paper;
-use super::scenery::{Scenery, SpaceRod};
+use super::scenery::{OBSTACLE, OBSTACLE_NAME, Scenery, SpaceRod};
 use super::text;
 use snaprod_core::error::{Error, Result};
 
@@ -24,6 +24,10 @@ pub struct RodState {
     pub ribbon: f64,
     /// Points of the tendons beside the rod.
     pub tendons: Vec<Vec<[f64; 3]>>,
+    /// Lines on obstacles.
+    pub obstacles: Vec<Vec<[f64; 3]>>,
+    /// Contacts with obstacles: place on the rod, and the unit normal along which the obstacle presses.
+    pub contacts: Vec<[[f64; 3]; 2]>,
     /// The load on the end, in the frame of space: the force n at the last point.
     pub end_force: Option<[f64; 3]>,
     /// The couple m at the last point, in the frame of space.
@@ -48,6 +52,7 @@ pub struct RodState {
 
 const FORCE: Colour = ALARM;
 const COUPLE: Colour = Colour(110, 40, 140);
+const CONTACT: Pen = Pen::new(Colour(20, 120, 60), 2.0);
 const TENDON: Pen = Pen::new(Colour(150, 90, 30), 1.2);
 /// Pen of components and loads that vanish.
 const ZERO: Pen = Pen::new(GREY, 0.9);
@@ -110,12 +115,26 @@ pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
     if data.tendons.iter().any(|path| !path.is_empty()) {
         entries.push(Entry::new(Key::Line(TENDON), "tendon"));
     }
-    data.tendons.iter().for_each(|path| scenery.hold(path));
+    if !data.contacts.is_empty() {
+        entries.push(Entry::new(Key::Line(CONTACT), "contact force (direction)"));
+    }
+    if !data.obstacles.is_empty() {
+        entries.push(Entry::new(Key::Line(OBSTACLE), OBSTACLE_NAME));
+    }
+    let lines = data.tendons.iter().chain(&data.obstacles);
+    lines.for_each(|path| scenery.hold(path));
     scenery.view = data.view;
     let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
     let mut shape = PageBlock::space(430.0, stage, |canvas, stage| {
         let mut painter = Painter::new(stage, !scenery.plane);
+        for path in &data.obstacles {
+            painter.path(path, OBSTACLE);
+        }
         painter.rod(&data.rod, category(data.rod.colour.unwrap_or(6)), &scenery);
+        for [place, normal] in &data.contacts {
+            let from = along(*place, -1.2 * scenery.arm, *normal);
+            painter.arrow(from, *place, CONTACT, 1);
+        }
         for path in &data.tendons {
             painter.path(path, TENDON);
         }

@@ -8,7 +8,7 @@ use clap::Args;
 use nalgebra::Vector3;
 use snaprod::math::se3::halves;
 use snaprod::plot::rod_state;
-use snaprod::rod::Path;
+use snaprod::rod::{Equilibrium, Path};
 use snaprod::study::{self, EquilibriumRecord};
 use std::fmt::Write;
 
@@ -21,7 +21,7 @@ pub struct EquilibriumArgs {
 }
 
 /// Files of the command.
-pub const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
+pub const FILES: &[&str] = &["equilibrium.*", "shape.csv", "contacts.csv"];
 
 /// Solves the scene and describes its equilibrium.
 pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
@@ -35,6 +35,9 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
         let out = Output::open(Some(directory), FILES, args.output.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
         out.table(&record.shape()?)?;
+        if let Some(contacts) = &record.contacts {
+            out.table(&contacts.table(record.units)?)?;
+        }
         out.figure("equilibrium", || Ok(rod_figures::state(&record)), rod_state);
         out.finish(!args.output.json)?;
     }
@@ -89,6 +92,23 @@ fn text(record: &EquilibriumRecord) -> String {
         line("clamp force", list(force.as_slice(), forces));
         line("clamp couple", list(couple.as_slice(), couples));
     }
+    for contact in record.contacts.iter().flat_map(|all| &all.each) {
+        let touch = &contact.touch;
+        let end = if touch.at_end { ", the end" } else { "" };
+        line(
+            "contact",
+            format!(
+                "{} at s = {}{end}, reaction {}",
+                contact.obstacle,
+                number(touch.s),
+                number(touch.reaction)
+            ),
+        );
+    }
+    if let Some(contacts) = record.contacts.as_ref().filter(|all| all.each.is_empty()) {
+        let gap = number(contacts.min_gap);
+        line("contact", format!("none; the least gap is {gap}"));
+    }
     if record.weight.is_some() {
         line("potential", number(found.potential));
     }
@@ -110,6 +130,30 @@ fn text(record: &EquilibriumRecord) -> String {
         line("zero mode", format!("{mode}; left out of the index"));
     }
     line("residual", format!("{:.1e}", found.residual));
+    if record.contacts.is_some() {
+        line(
+            "path",
+            format!("{}, with a jump of the force at each contact", way(found)),
+        );
+    } else {
+        line("path", path(record));
+    }
+    line("", format!("because {}", found.taken.why));
+    text
+}
+
+/// Space or plane in which an equilibrium was computed, in words.
+fn way(found: &Equilibrium) -> &'static str {
+    match found.taken.path {
+        Path::Planar => "in a plane",
+        Path::ClosedForm => "in closed form",
+        Path::Auto | Path::Spatial => "in space",
+    }
+}
+
+/// Solution path of an equilibrium, in words.
+fn path(record: &EquilibriumRecord) -> String {
+    let found = &record.found;
     let route = &found.route;
     let start = if route.from_guess {
         "from the guess of [start]".to_owned()
@@ -125,23 +169,14 @@ fn text(record: &EquilibriumRecord) -> String {
     } else {
         String::new()
     };
-    line(
-        "path",
-        format!(
-            "{}, {}; {start}; {} Newton steps{damped}",
-            match found.taken.path {
-                Path::Planar => "in a plane",
-                Path::ClosedForm => "in closed form",
-                Path::Auto | Path::Spatial => "in space",
-            },
-            if record.uniform {
-                "inverse law formed once (uniform, linear)"
-            } else {
-                "inverse law at every section"
-            },
-            route.iterations
-        ),
-    );
-    line("", format!("because {}", found.taken.why));
-    text
+    format!(
+        "{}, {}; {start}; {} Newton steps{damped}",
+        way(found),
+        if record.uniform {
+            "inverse law formed once (uniform, linear)"
+        } else {
+            "inverse law at every section"
+        },
+        route.iterations
+    )
 }

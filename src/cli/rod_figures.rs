@@ -144,6 +144,15 @@ pub fn state(record: &EquilibriumRecord) -> RodState {
         tendons: (record.tendons.iter().flat_map(|tendons| &tendons.paths))
             .map(|path| path.iter().map(|p| (*p).into()).collect())
             .collect(),
+        obstacles: (record.contacts.iter())
+            .flat_map(|contacts| {
+                let points: Vec<Vector3<f64>> = sections.iter().map(|s| s.position).collect();
+                contacts.outlines(&points)
+            })
+            .collect(),
+        contacts: (record.contacts.iter().flat_map(|contacts| &contacts.each))
+            .map(|contact| [contact.touch.position.into(), contact.touch.normal.into()])
+            .collect(),
         stiffness: record.stiffness,
         end_force: Some(found.end.force.into()),
         end_couple: Some(found.end.couple.into()),

@@ -66,6 +66,15 @@ pub struct AssemblyRod {
     pub to: Site,
 }
 
+impl AssemblyRod {
+    /// True if a joint at an end has axes of its own.
+    pub fn has_joint_axes(&self) -> bool {
+        [&self.from, &self.to]
+            .iter()
+            .any(|end| end.joint.is_guided())
+    }
+}
+
 /// A rod with a free end: without load it keeps its rest shape and moves rigidly with its base.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FreeRod {

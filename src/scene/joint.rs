@@ -45,6 +45,9 @@ pub struct TurnAxis {
     /// Angle at which the spring is unloaded; default 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub rest: f64,
+    /// Couple per rate of the angle of viscous friction in the joint; default 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub damping: f64,
 }
 
 /// Direction along which a joint is free, along the directors of the attachment, with the law of its shift.
@@ -61,6 +64,9 @@ pub struct SlideAxis {
     /// Shift at which the spring is unloaded; default 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub rest: f64,
+    /// Force per rate of the shift of viscous friction in the joint; default 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub damping: f64,
 }
 
 fn is_zero(x: &f64) -> bool {
@@ -87,6 +93,15 @@ impl SiteJoint {
     /// True for a joint with axes of its own.
     pub fn is_guided(&self) -> bool {
         !matches!(self, Self::Weld | Self::Ball)
+    }
+
+    /// Viscous friction of the free axes; 0 without axes.
+    pub fn damping(&self) -> f64 {
+        match self {
+            Self::Weld | Self::Ball => 0.0,
+            Self::Hinge(turn) | Self::Universal { first: turn, .. } => turn.damping,
+            Self::Slider(slide) | Self::Roller(slide) => slide.damping,
+        }
     }
 
     /// Word of the joint in a scene.

@@ -1,6 +1,6 @@
 //! Treatment of the small mass of elastic rods: first-order inertia where possible, none elsewhere.
 
-use super::{AssemblyScene, Inertia, Method, Rod, Scales, Scene, SceneKind, Site};
+use super::{AssemblyRod, AssemblyScene, Inertia, Method, Rod, Scales, Scene, SceneKind, Site};
 use crate::error::{Error, Quantity, Result};
 use serde_json::{Value, json};
 
@@ -98,9 +98,12 @@ impl Scene {
         }
     }
 
-    /// Reason why the masses of an assembly's rods cannot be followed to first order; `None` if possible.
-    pub(super) fn not_first_order_in_assembly(&self) -> Option<&'static str> {
+    /// Reason why the mass of rod k of an assembly cannot be followed to first order; `None` if possible.
+    pub(super) fn not_first_order_in_assembly(&self, k: usize) -> Option<&'static str> {
+        let rod = self.assembly().and_then(|given| given.rods.get(k));
+        let axes = "a joint at an end of it has axes";
         method_excludes_first_order(self.run.as_ref()?.method)
+            .or(rod.is_some_and(AssemblyRod::has_joint_axes).then_some(axes))
     }
 
     /// Chooses first-order inertia for light rods if the scene leaves their inertia open and the run allows it.
@@ -163,7 +166,7 @@ impl Scene {
                 None => (None, self.not_first_order()),
                 Some(given) => (
                     Some(given.rods[k].name.clone()),
-                    self.not_first_order_in_assembly(),
+                    self.not_first_order_in_assembly(k),
                 ),
             };
             if rod.damping.is_some() || rod.is_heavy() {

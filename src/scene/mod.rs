@@ -65,6 +65,7 @@ mod joint;
 mod loads;
 mod lower;
 mod mass_policy;
+mod obstacle;
 mod parameter;
 mod print;
 mod read;
@@ -102,6 +103,7 @@ pub use lower::{
     Setup, SpaceField, SpaceStart, ViscousPlane, ViscousSpace,
 };
 pub use mass_policy::RodMassNote;
+pub use obstacle::{Obstacle, ObstacleShape};
 pub use parameter::Parameter;
 pub(crate) use read::{is_count, nearest};
 pub use read::{json_schema, reference};
@@ -170,6 +172,9 @@ pub struct Scene {
     /// `[[station]]`: places on rods that the tables follow.
     #[serde(rename = "station", skip_serializing_if = "Vec::is_empty")]
     pub stations: Vec<Station>,
+    /// `[[obstacle]]`: fixed bodies that the rod does not enter, in a scene of statics.
+    #[serde(rename = "obstacle", skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
     /// `[run]`: duration and accuracy of the motion, time steps, landing rule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<Run>,

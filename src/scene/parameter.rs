@@ -47,6 +47,10 @@ pub(super) enum Role {
     Rest,
     /// The tension of a tendon, >= 0.
     Tendon,
+    /// The place of an obstacle.
+    Obstacle,
+    /// A size of an obstacle, > 0.
+    Size,
 }
 
 /// Defines the constants and the list of all of them.
@@ -70,6 +74,7 @@ const BODY: &str =
 const SITE: &str =
     "there is no such rod, or this end of it is on a body; a place on the ground can move";
 const JOINT: &str = "there is no such rod, or this end of it has no hinge or universal joint (couple), no slider or roller (force)";
+const OBSTACLE: &str = "there is no such obstacle, or its shape is another";
 const SITE_TURN: &str =
     "of an end on the ground, written as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }";
 
@@ -120,6 +125,16 @@ variables! {
     TO_FORCE = "rod[]" "to.force" Quantity::Force, Ends, JOINT;
     FROM_ANGLE = "rod[]" "from.rotation.angle" Quantity::Ratio, Ends, SITE_TURN;
     TO_ANGLE = "rod[]" "to.rotation.angle" Quantity::Ratio, Ends, SITE_TURN;
+    PLANE_POINT = "obstacle[]" "plane.point.xyz" Quantity::Length, Obstacle, OBSTACLE;
+    CYLINDER_POINT = "obstacle[]" "cylinder.point.xyz" Quantity::Length, Obstacle, OBSTACLE;
+    CYLINDER_RADIUS = "obstacle[]" "cylinder.radius" Quantity::Length, Size, OBSTACLE;
+    SPHERE_CENTRE = "obstacle[]" "sphere.centre.xyz" Quantity::Length, Obstacle, OBSTACLE;
+    SPHERE_RADIUS = "obstacle[]" "sphere.radius" Quantity::Length, Size, OBSTACLE;
+    CAPSULE_FROM = "obstacle[]" "capsule.from.xyz" Quantity::Length, Obstacle, OBSTACLE;
+    CAPSULE_TO = "obstacle[]" "capsule.to.xyz" Quantity::Length, Obstacle, OBSTACLE;
+    CAPSULE_RADIUS = "obstacle[]" "capsule.radius" Quantity::Length, Size, OBSTACLE;
+    BOX_CENTRE = "obstacle[]" "box.centre.xyz" Quantity::Length, Obstacle, OBSTACLE;
+    BOX_SIDES = "obstacle[]" "box.sides.xyz" Quantity::Length, Size, OBSTACLE;
 }
 
 /// Letters of the components in space.
@@ -201,7 +216,7 @@ impl Parameter {
 
     /// True if every value must be > 0.
     pub fn is_positive(self) -> bool {
-        self.is(Role::Rod)
+        self.is(Role::Rod) || self.is(Role::Size)
     }
 
     /// True if every value must be >= 0.
@@ -211,7 +226,12 @@ impl Parameter {
 
     /// True if the rod or the load along it depends on the parameter; false if only the ends do.
     pub fn changes_rod(self) -> bool {
-        !self.is(Role::Ends)
+        !(self.is(Role::Ends) || self.is_of_obstacle())
+    }
+
+    /// True for a place or a size of an obstacle.
+    pub fn is_of_obstacle(self) -> bool {
+        self.is(Role::Obstacle) || self.is(Role::Size)
     }
 
     /// True for a parameter of the dead load along the rod.
@@ -299,11 +319,13 @@ impl Scene {
     /// Path of a parameter with the scene's names for its bodies and rods: `body.crown.force.z`.
     pub fn name_of(&self, parameter: &Parameter) -> String {
         let [k, _] = parameter.at;
-        let name = self.assembly().and_then(|assembly| match parameter.table {
+        let of_assembly = self.assembly().and_then(|assembly| match parameter.table {
             "body[]" => Some(&assembly.bodies.get(k)?.name),
             "rod[]" => Some(&assembly.rods.get(k)?.name),
             _ => None,
         });
+        let obstacle = self.obstacles.get(k).map(|obstacle| &obstacle.name);
+        let name = of_assembly.or(obstacle.filter(|_| parameter.table == "obstacle[]"));
         let path = parameter.to_string();
         match name {
             Some(name) => path.replacen(&format!("[{k}]"), &format!(".{name}"), 1),

@@ -101,6 +101,12 @@ impl Scene {
             all.at("station[]", k, Any);
             all.add("s", Quantity::Length, [&mut station.s]);
         }
+        for (k, obstacle) in self.obstacles.iter_mut().enumerate() {
+            all.at("obstacle[]", k, Any);
+            for (field, i, slot) in obstacle.lengths_mut() {
+                all.push(field, i, Quantity::Length, slot);
+            }
+        }
         if let Some(run) = &mut self.run {
             all.at("run", 0, Normal);
             all.add("duration", Quantity::Time, [&mut run.duration]);
@@ -182,7 +188,7 @@ impl<'a> Registry<'a> {
     fn vary(&mut self, of: &Variable, slots: impl IntoIterator<Item = (usize, &'a mut f64)>) {
         let range = match of.role {
             Role::Ends | Role::Along => Square,
-            Role::Rod | Role::Rest | Role::Tendon => Any,
+            Role::Rod | Role::Rest | Role::Tendon | Role::Obstacle | Role::Size => Any,
         };
         let k = if of.table.ends_with("[]") { self.k } else { 0 };
         self.at(of.table, k, range);

@@ -211,6 +211,9 @@ pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
             assembly::equilibrium(scene)?;
             assembly::small_mass(scene)
         }
+        SceneKind::Rod if !scene.is_motion() && !scene.obstacles.is_empty() => {
+            scene.contact_problem().map(|_| None)
+        }
         SceneKind::Rod if !scene.is_motion() => scene.problem().map(|_| None),
         SceneKind::Assembly(_) | SceneKind::Rod => {
             let prepared = Prepared::new(scene)?;

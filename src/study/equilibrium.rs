@@ -1,5 +1,6 @@
 //! Static equilibrium of a scene of one rod.
 
+use super::contact::{self, ContactsRecord};
 use super::record::{Cell, Column, Table};
 use super::space::quaternion;
 use super::stations::{self, StationValues};
@@ -38,6 +39,8 @@ pub struct EquilibriumRecord {
     pub stations: Vec<(String, Option<StationValues>)>,
     /// Tendons of the rod, if any. Couples and forces of the equilibrium are then totals of rod and tendons.
     pub tendons: Option<TendonsRecord>,
+    /// Contacts with the obstacles of the scene; `None` without obstacles.
+    pub contacts: Option<ContactsRecord>,
 }
 
 /// Sections of the shape.
@@ -48,20 +51,41 @@ const SECTIONS: usize = 201;
 /// # Errors
 /// Data without a well-posed problem; no equilibrium found.
 pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
-    described(equilibrium_with_tendons(scene)?)
+    if scene.obstacles.is_empty() {
+        return described(equilibrium_with_tendons(scene)?);
+    }
+    let (pulled, among, at) = contact::touched(scene)?;
+    let record = described_by(pulled, &|places| among.sections(&at, places))?;
+    Ok(EquilibriumRecord {
+        contacts: Some(ContactsRecord::new(scene, &at)),
+        // An obstacle holds what a symmetry of the rod alone would set free.
+        zero_modes: Vec::new(),
+        ..record
+    })
 }
 
 /// The record of an equilibrium of a scene.
 pub(in crate::study) fn described(pulled: Pulled) -> Result<EquilibriumRecord> {
+    let (problem, base) = (pulled.problem.clone(), pulled.found.base);
+    described_by(pulled, &|places| problem.sections(&base, places))
+}
+
+/// The record of an equilibrium whose sections at places s/length are given.
+fn described_by(
+    pulled: Pulled,
+    along: &dyn Fn(&[f64]) -> Result<Vec<RodSection>>,
+) -> Result<EquilibriumRecord> {
     let Pulled {
         scene,
         problem,
         mut found,
         tendons,
     } = pulled;
-    let sections = problem.shape(&found.base, SECTIONS)?;
+    let last = SECTIONS - 1;
+    let places: Vec<f64> = (0..=last).map(|i| i as f64 / last as f64).collect();
+    let sections = along(&places)?;
     let stations = stations::at_rest(&scene, |_, places| {
-        let sections = problem.sections(&found.base, places)?;
+        let sections = along(places)?;
         Ok(sections.iter().map(StationValues::at_rest).collect())
     })?;
     let law = scene.rod.tendon_law()?;
@@ -87,6 +111,7 @@ pub(in crate::study) fn described(pulled: Pulled) -> Result<EquilibriumRecord> {
         sections,
         stations,
         tendons,
+        contacts: None,
         found,
     })
 }
@@ -135,6 +160,9 @@ impl EquilibriumRecord {
         }
         if !self.stations.is_empty() {
             summary["stations"] = stations::json(&self.stations);
+        }
+        if let Some(contacts) = &self.contacts {
+            summary["contacts"] = contacts.json();
         }
         if let Some(weight) = &self.weight {
             summary["weight"] = json!(weight.as_slice());

@@ -9,4 +9,6 @@ mod spectrum;
 pub mod viscoelastic;
 
 pub use snaprod_core::{Error, Result};
-pub use snaprod_core::{body, elastica, error, manifold, math, rod, section, solve};
+pub use snaprod_core::{
+    body, contact, elastica, error, manifold, math, obstacle, rod, section, solve,
+};

@@ -4,15 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from left to right; modules of one group do not use each other.
-const ORDER: [&[&str]; 14] = [
+const ORDER: [&[&str]; 16] = [
     &["error"],
     &["math"],
     &["solve"],
+    &["obstacle"],
     &["section"],
     &["manifold"],
     &["elastica"],
     &["rod"],
     &["body"],
+    &["contact"],
     &["viscoelastic"],
     &["assembly"],
     &["full_mass"],

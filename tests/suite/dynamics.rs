@@ -68,6 +68,7 @@ fn track(
             }
             Event::Snap(snap) => out.snaps.push(snap),
             Event::Bounce(_) => {}
+            Event::Contact(event) => panic!("a run without obstacles has no contact: {event:?}"),
             Event::Layer(layer) => panic!("an elastic rod has no layers: {layer:?}"),
             Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
         }

@@ -77,13 +77,11 @@ pub(crate) fn moving(alone: &HeavyAssembly, q: &[f64], w: &[f64]) -> DVector<f64
 }
 
 pub(crate) fn weld(on: Attachment) -> Tie {
-    let joint = Joint::Weld;
-    Tie { on, joint }
+    Tie::new(on, Joint::Weld)
 }
 
 fn ball(on: Attachment) -> Tie {
-    let joint = Joint::Ball;
-    Tie { on, joint }
+    Tie::new(on, Joint::Ball)
 }
 
 /// A body with every property that bodies can have.

@@ -177,6 +177,7 @@ fn spin_up(tolerance: f64) -> f64 {
             rate: Box::new(|_| Strain::zeros()),
             velocity: None,
         }],
+        joints: Vec::new(),
         settled: false,
         following: false,
     };
@@ -242,10 +243,7 @@ fn the_matrix_of_elements_is_that_of_differences() {
     let place = |x: f64, y: f64, z: f64| {
         Isometry3::new(Vector3::new(x, y, z), Vector3::new(0.3, -0.2, 0.5))
     };
-    let ball = |on| Tie {
-        on,
-        joint: Joint::Ball,
-    };
+    let ball = |on| Tie::new(on, Joint::Ball);
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.03, 0.02, 0.04));
     let body = RigidBody::new(1.0, inertia).unwrap();
     let body = body.with_gravity(pull).unwrap().with_drag(0.3).unwrap();

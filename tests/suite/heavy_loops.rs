@@ -241,7 +241,7 @@ fn bead(mass: f64) -> RigidBody {
 /// Two halves of a rod from the ground, welded to a bead between them, and the body at the end.
 fn cut(half: &RodDescription, mass: f64, tip: Body, joint: Joint) -> HeavyAssembly {
     let on = |body: usize| Attachment::body(body, Isometry3::identity());
-    let end = Tie { on: on(1), joint };
+    let end = Tie::new(on(1), joint);
     let links = vec![
         link(
             half.clone(),

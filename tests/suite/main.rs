@@ -15,6 +15,7 @@ mod bar_scenes;
 mod bar_schemes;
 mod bar_strong;
 mod bar_waves;
+mod bodies_that_hit;
 mod bounces_space;
 #[cfg(feature = "scene")]
 mod branch_folds;
@@ -93,11 +94,13 @@ mod heavy_grooves;
 mod heavy_loops;
 #[cfg(feature = "scene")]
 mod heavy_memory;
+mod heavy_released;
 mod heavy_rest;
 mod heavy_rods;
 #[cfg(feature = "scene")]
 mod heavy_scenes;
 mod hockle;
+mod impacts;
 mod inertia;
 mod inversion;
 #[cfg(feature = "scene")]
@@ -125,6 +128,9 @@ mod messages;
 mod modes;
 mod motion_in_space;
 #[cfg(feature = "cli")]
+mod moving_joints;
+#[cfg(feature = "cli")]
+mod obstacles;
 mod outputs;
 #[cfg(feature = "cli")]
 mod pages;
@@ -215,6 +221,7 @@ mod taut_loads;
 mod taut_mass;
 #[cfg(feature = "scene")]
 mod tendons;
+mod touching_rods;
 mod truss;
 mod viscous;
 mod viscous_identities;

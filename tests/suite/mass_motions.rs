@@ -132,7 +132,7 @@ fn vibrations_of_a_scene() {
 fn a_settled_rod_stays() {
     let text = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.5\ninertia = \"full\"\nsection_inertia = [1e-4, 1e-4, 2e-4]\n\
                 [rod.section]\nbending = [1.0, 1.5]\ntorsion = 0.7\n[body]\nmass = 1.0\njoint = \"ball\"\n[loads]\n\
-                gravity = [0.4, 0.3, -1.0]\ndistributed = [0.0, 0.2, 0.0]\n[start]\nsettled = true\n[run]\nduration = 0.5\nsamples = 3\n";
+                gravity = [0.4, 0.3, -1.0]\ndistributed = [0.0, 0.2, 0.0]\n[start]\nsettled = true\n[run]\nduration = 0.5\ntolerance = 1e-8\nsamples = 3\n";
     let (record, tables) = ran(text);
     let table = &tables[0];
     for name in ["x", "y", "z"] {

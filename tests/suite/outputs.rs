@@ -163,6 +163,7 @@ fn written() -> Names {
     for (name, kind) in [
         ("cantilever", "one rod"),
         ("heavy_column", "one rod"),
+        ("peg", "one rod"),
         ("arch", "several rods and bodies"),
     ] {
         let (summary, table) = dispatch::rest(&scene(name, &[])).unwrap();
@@ -182,9 +183,30 @@ fn written() -> Names {
         "",
         &summary,
     );
+    let moved = [
+        ("\"end.load\"", "\"obstacle.peg.cylinder.point.z\""),
+        ("from = 0.0", "from = -0.4"),
+        ("to = 20.0", "to = -0.05"),
+    ];
+    let peg = scene("peg", &moved);
+    let record = snaprod::study::equilibrium(&peg).unwrap();
+    let contacts = record.contacts.expect("contacts");
+    columns(
+        &mut names,
+        "contacts.csv",
+        &contacts.table(record.units).unwrap(),
+    );
+    let record = branch(&peg, &mut Silent).unwrap();
+    columns(&mut names, "branch.csv", &record.branches.points);
+    let mut touching = record.summary();
     let record = branch(&scene("lateral", &[]), &mut Silent).unwrap();
     columns(&mut names, "branch.csv", &record.branches.points);
     let mut summary = record.summary();
+    let specials = touching["special_points"].as_array_mut().unwrap();
+    summary["special_points"]
+        .as_array_mut()
+        .unwrap()
+        .append(specials);
     summary["scene"] = Value::Null;
     // The keys of a state are the columns of branch.csv.
     for at in summary["special_points"].as_array_mut().unwrap() {

@@ -282,6 +282,22 @@ impl Mass {
         }
     }
 
+    /// Inverse of [`Mass::matrix`]: the twist that an impulse (angular, linear) at the reference point gives. A point
+    /// mass does not turn.
+    pub fn inverse_matrix(&self, rotation: &UnitQuaternion<f64>) -> Matrix6<f64> {
+        let Self::Rigid(body) = self else {
+            return lifted(&(Matrix3::identity() / self.mass()));
+        };
+        let turn = rotation.to_rotation_matrix();
+        let c = (turn * body.offset()).cross_matrix();
+        let inverse = turn.matrix() * body.inverse_inertia() * turn.matrix().transpose();
+        let mut matrix = lifted(&(Matrix3::identity() / body.mass() - c * inverse * c));
+        for (row, column, block) in [(0, 0, inverse), (0, 3, -inverse * c), (3, 0, c * inverse)] {
+            matrix.fixed_view_mut::<3, 3>(row, column).copy_from(&block);
+        }
+        matrix
+    }
+
     /// Kinetic energy.
     pub fn kinetic(&self, t: f64, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
         match self {

@@ -124,6 +124,19 @@ impl<const K: usize, C: LoadState<K>> LineState<K, C> {
         self.carried.cross(load, s, &place);
     }
 
+    /// This section as the start of a stretch: columns 6..9 are its turn, and nothing of the load is taken yet.
+    pub(super) fn as_start(&self) -> Self {
+        let mut start = Self {
+            tangent: [[0.0; K]; 6],
+            carried: C::NOTHING,
+            ..*self
+        };
+        for j in 6..K {
+            start.tangent[j - 6][j] = 1.0;
+        }
+        start
+    }
+
     /// This state without the part of the load.
     pub(super) fn without_load(&self) -> LineState<K> {
         LineState {
@@ -506,8 +519,8 @@ pub(super) fn over_pieces<
     let mut solver = Dop853::new(state, slope, first, tolerance);
     let mut step = solver.blank();
     let mut end = 0.0;
-    for &(from, to) in law.pieces() {
-        if from > 0.0 {
+    for (k, &(from, to)) in law.pieces().iter().enumerate() {
+        if k > 0 {
             // Slope on the far side of the break.
             state = *solver.state();
             cross(&mut state, 0.5 * (end + from));
@@ -532,9 +545,9 @@ pub(super) fn over_pieces<
     Ok((*solver.state(), solver.cost()))
 }
 
-/// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of
+/// Integrates over the pieces of the law and shows every accepted step. The columns of the tangent begin as those of
 /// `start`.
-fn integrate<const K: usize, C: LoadState<K>>(
+pub(super) fn integrate<const K: usize, C: LoadState<K>>(
     law: &ScaledLaw,
     load: &C::Load,
     b: &Wrench,

@@ -6,6 +6,7 @@ mod chart;
 mod closed_form;
 mod collocation;
 mod conjugate_points;
+pub mod contact;
 mod descent;
 mod distributed_load;
 mod equilibrium;

@@ -9,7 +9,7 @@ use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::math::se3::{inverse_left_jacobian, rotation_vector};
 use crate::solve::warm_start::WarmStart;
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
 
 /// End condition in the world frame. Each component of position is held or loaded; the orientation is held (a clamp)
 /// or free under a couple (a ball joint, a free end).
@@ -135,6 +135,35 @@ pub struct Trial {
     taken: [[f64; 6]; 3],
     /// Change of the force taken from a load that turns with the rod, by the same columns.
     taken_force: [[f64; 6]; 3],
+}
+
+impl Trial {
+    /// An end without derivatives: pose, couple and force.
+    pub(super) fn bare(
+        r: Vector3<f64>,
+        rotation: Matrix3<f64>,
+        m: Vector3<f64>,
+        n: Vector3<f64>,
+    ) -> Self {
+        Self {
+            r,
+            rotation,
+            m,
+            n,
+            tangent: [[0.0; 6]; 6],
+            taken: [[0.0; 6]; 3],
+            taken_force: [[0.0; 6]; 3],
+        }
+    }
+}
+
+/// Variations of the rod's end by `N` columns: rotation vector, place, couple and force.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EndVariation<const N: usize> {
+    pub(super) phi: SMatrix<f64, 3, N>,
+    pub(super) r: SMatrix<f64, 3, N>,
+    pub(super) m: SMatrix<f64, 3, N>,
+    pub(super) n: SMatrix<f64, 3, N>,
 }
 
 /// The rod's end under a base wrench, with or without a load along the rod.
@@ -387,15 +416,8 @@ impl Problem {
     /// The end without its tangent.
     pub(super) fn bare_trial(&self, b: &Wrench) -> Result<Trial> {
         let end = self.integrate_to_end::<0>(b)?;
-        Ok(Trial {
-            r: end.at.position(),
-            rotation: end.at.rotation(),
-            m: end.m,
-            n: end.n,
-            tangent: [[0.0; 6]; 6],
-            taken: [[0.0; 6]; 3],
-            taken_force: [[0.0; 6]; 3],
-        })
+        let (r, rotation) = (end.at.position(), end.at.rotation());
+        Ok(Trial::bare(r, rotation, end.m, end.n))
     }
 
     /// The six equations at a trial: rotation or couple, then for each world component position or force.
@@ -451,32 +473,47 @@ impl Problem {
     /// The equations and their derivatives by the base wrench at a trial.
     pub(super) fn equations(&self, trial: &Trial) -> (Vector6<f64>, Matrix6<f64>) {
         let half = |row: usize| Matrix3x6::from_fn(|i, j| trial.tangent[row + i][j]);
-        let (d_phi, d_r) = (half(0), half(3));
-        let (m, n) = (trial.m, trial.n);
-        let [d_m, d_n] = self.resultants_by(trial);
+        let [m, n] = self.resultants_by(trial);
         let value = self.residual(trial);
+        let by = EndVariation {
+            phi: half(0),
+            r: half(3),
+            m,
+            n,
+        };
+        (value, self.equations_by(trial, &value, &by))
+    }
+
+    /// The derivatives of the equations, of the given value, along variations of the end.
+    pub(super) fn equations_by<const N: usize>(
+        &self,
+        trial: &Trial,
+        value: &Vector6<f64>,
+        by: &EndVariation<N>,
+    ) -> SMatrix<f64, 6, N> {
+        let (m, n) = (trial.m, trial.n);
         let (first, second) = if self.end.follower {
             let back = trial.rotation.transpose();
             (
-                back * (d_m + m.cross_matrix() * d_phi),
-                back * (d_n + n.cross_matrix() * d_phi),
+                back * (by.m + m.cross_matrix() * by.phi),
+                back * (by.n + n.cross_matrix() * by.phi),
             )
         } else {
             let first = if self.orientation.is_some() {
                 let phi = value.fixed_rows::<3>(0).into_owned();
-                inverse_left_jacobian(&phi) * d_phi
+                inverse_left_jacobian(&phi) * by.phi
             } else {
                 // d(R arm) = dphi x R arm.
                 let lever = self.lever(&trial.rotation).cross_matrix();
                 let turned = (trial.rotation * self.turning[0]).cross_matrix();
-                d_m - n.cross_matrix() * lever * d_phi - lever * d_n + turned * d_phi
+                by.m - n.cross_matrix() * lever * by.phi - lever * by.n + turned * by.phi
             };
             let turned = (trial.rotation * self.turning[1]).cross_matrix();
-            let d_n = d_n + turned * d_phi;
-            let mut second = Matrix3x6::zeros();
+            let d_n = by.n + turned * by.phi;
+            let mut second = SMatrix::<f64, 3, N>::zeros();
             for i in 0..3 {
                 let d = if self.end.position[i].is_some() {
-                    &d_r
+                    &by.r
                 } else {
                     &d_n
                 };
@@ -484,10 +521,10 @@ impl Problem {
             }
             (first, second)
         };
-        let mut matrix = Matrix6::zeros();
-        matrix.fixed_view_mut::<3, 6>(0, 0).copy_from(&first);
-        matrix.fixed_view_mut::<3, 6>(3, 0).copy_from(&second);
-        (value, matrix)
+        let mut matrix = SMatrix::<f64, 6, N>::zeros();
+        matrix.fixed_view_mut::<3, N>(0, 0).copy_from(&first);
+        matrix.fixed_view_mut::<3, N>(3, 0).copy_from(&second);
+        matrix
     }
 
     /// The potential -int f.r ds of the load along the rod, in the world and in the user's units; 0 without one.

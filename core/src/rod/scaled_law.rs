@@ -70,6 +70,16 @@ impl ScaledLaw {
         self
     }
 
+    /// This law on the part of the rod between two places.
+    pub(super) fn between(&self, from: f64, to: f64) -> Self {
+        let parts = self.pieces.iter().map(|(a, b)| (a.max(from), b.min(to)));
+        let pieces = parts.filter(|(a, b)| a < b).collect();
+        Self {
+            pieces,
+            ..self.clone()
+        }
+    }
+
     /// A wrench in the clamp's frame for messages, in the user's units.
     pub(super) fn wrench_text(&self, b: &Vector6<f64>) -> String {
         let couple = self.units.stiffness / self.units.length;

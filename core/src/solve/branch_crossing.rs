@@ -6,6 +6,8 @@ use super::rounding::{AtRoot, solver};
 use super::special_points::{Bracket, MAX_DEPTH, Sample, Special, SpecialKind, Status, lowest};
 use nalgebra::{DMatrix, DVector};
 
+/// Distance, relative to 1 + the norm of the place, up to which rounding splits a multiple crossing.
+const SPLIT: f64 = 1e-6;
 /// Largest singular value, relative to the largest of all, that counts as zero at a crossing.
 const CROSSING: f64 = 1e-4;
 
@@ -258,12 +260,21 @@ impl Space<'_> {
         if width <= 1e-6 * (1.0 + best.on.place.norm()) {
             special.status = Status::Converged;
         }
+        let mut rest = Vec::new();
+        if end.right.index != b.index {
+            rest = self.search(&end.right, b, MAX_DEPTH);
+        }
+        // Rounding splits a multiple crossing into several changes of the index: one point for all of them.
+        let here = special.point.arclength;
+        let apart = SPLIT * (1.0 + best.on.place.norm());
+        let twins = (rest.iter()).take_while(|next| next.point.arclength - here <= apart);
+        for next in rest.drain(..twins.count()) {
+            special.index.1 = next.index.1;
+            special.interval.1 = next.interval.1;
+        }
         special.point.index = lowest(special.index.0, special.index.1);
         found.push(special);
-        if end.right.index != b.index {
-            let rest = self.search(&end.right, b, MAX_DEPTH);
-            found.extend(rest);
-        }
+        found.append(&mut rest);
     }
 
     /// Displacement along the branch of a crossing by rounding of A = [F_x F_p]: the error of Psi^T A W, which

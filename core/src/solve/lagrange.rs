@@ -1,7 +1,7 @@
 //! Lagrange polynomials: 1 at one node and 0 at the others.
 
 /// Values at `x` of the Lagrange polynomials of the nodes.
-pub(super) fn lagrange<const N: usize>(nodes: &[f64; N], x: f64) -> [f64; N] {
+pub(crate) fn lagrange<const N: usize>(nodes: &[f64; N], x: f64) -> [f64; N] {
     std::array::from_fn(|i| {
         let others = (0..N).filter(|j| *j != i);
         others

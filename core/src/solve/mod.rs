@@ -13,7 +13,7 @@ mod elimination;
 pub mod fold_curve;
 pub mod gauss;
 pub mod integrator;
-mod lagrange;
+pub(crate) mod lagrange;
 pub mod lobatto;
 pub mod lu;
 pub mod newton;

@@ -386,7 +386,7 @@ impl Newton {
                 change,
             });
             self.iterations += 1;
-            let size = system.mean_square(change, y, y).sqrt();
+            let size = system.increment_square(change, y, h).sqrt();
             if !size.is_finite() {
                 return Outcome::Slow(0.3);
             }

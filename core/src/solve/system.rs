@@ -50,6 +50,12 @@ pub trait System {
     /// sum of multiples of the squared components. The mean over several errors is thus that of the root mean squares
     /// of their components.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
+
+    /// Weighted mean square of an increment of the stages of a step of length `h` from the state `at`: a sum as
+    /// [`System::mean_square`]. Newton's iteration ends by this norm.
+    fn increment_square(&self, increment: &DVector<f64>, at: &DVector<f64>, _h: f64) -> f64 {
+        self.mean_square(increment, at, at)
+    }
 }
 
 /// A Jacobian J.
@@ -94,6 +100,8 @@ pub trait AnySystem {
     fn settle(&self, y: &mut DVector<f64>) -> Option<()>;
     /// [`System::mean_square`].
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
+    /// [`System::increment_square`].
+    fn increment_square(&self, increment: &DVector<f64>, at: &DVector<f64>, h: f64) -> f64;
 }
 
 /// Object-safe form of [`Linearised`].
@@ -139,6 +147,10 @@ impl<S: System> AnySystem for S {
 
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
         System::mean_square(self, error, from, to)
+    }
+
+    fn increment_square(&self, increment: &DVector<f64>, at: &DVector<f64>, h: f64) -> f64 {
+        System::increment_square(self, increment, at, h)
     }
 }
 

@@ -7,6 +7,7 @@ use crate::event::{Event, Outcome};
 use crate::locate::Timed;
 use crate::snap::Snap;
 use crate::state::StateRef;
+use snaprod_systems::assembly::Body;
 use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::rod::{Fallen, Wrench};
 use snaprod_systems::solve::cost::Cost;
@@ -136,12 +137,15 @@ impl<'a> Motion<'a> for AssemblyRun {
 
     fn carries(&self) -> Vec<StateVariables> {
         let links = self.assembly.links().len();
-        let bodies = self.assembly.chart_slots(0).start;
+        let nodes = &self.assembly.carriers()[self.assembly.solids().len()..];
+        let joints = nodes.iter().map(Body::numbers).sum();
+        let bodies = self.assembly.chart_slots(0).start - joints;
         let spins = self.assembly.time_slot() - self.assembly.chart_slots(links).start;
         StateVariables::some([
             ("charts of the rods", 6 * links),
             ("turns and spins of rods about their chords", spins),
             ("places and velocities of the bodies", bodies),
+            ("angles and shifts of joints", joints),
             ("time, work and loss to drag", 3),
         ])
     }

@@ -3,7 +3,9 @@
 use crate::ledger::Ledger;
 use crate::state::{RodCurve, SectionState, State};
 use nalgebra::{Isometry3, Vector3, Vector6};
-use snaprod_systems::assembly::{Assembly, Configuration, Evaluated, MovingSection, Tether};
+use snaprod_systems::assembly::{
+    Assembly, BodyMotion, Configuration, Evaluated, MovingSection, Tether,
+};
 use snaprod_systems::math::se3::join;
 use snaprod_systems::rod::RodSection;
 use snaprod_systems::section::Strain;
@@ -31,6 +33,7 @@ impl AssemblySample {
         released: f64,
         indices: &[usize],
     ) -> Self {
+        let at = assembly.with_joint_rates(at);
         let [kinetic, elastic, potential] = assembly.energies(&at);
         let rod_kinetic = assembly.rod_kinetic(&at, SHAPE);
         let ledger = Ledger {
@@ -63,8 +66,11 @@ impl AssemblySample {
         rod.shape(q, &held, &at, SHAPE).unwrap_or_default()
     }
 
-    /// Rod `link` as a tether ([`Tether::of`]).
+    /// Rod `link` as a tether ([`Tether::of`]); `None` with joints that have axes.
     pub fn tether(&self, link: usize) -> Option<Tether> {
+        if self.assembly.is_jointed(link) {
+            return None;
+        }
         Tether::of(self.assembly.links().get(link)?, self.at.points.get(link)?)
     }
 
@@ -113,8 +119,15 @@ impl State for AssemblySample {
         Some(&self.at.now)
     }
 
+    /// The bodies without the nodes of joints.
+    fn bodies(&self) -> &[BodyMotion] {
+        &self.at.now.bodies[..self.assembly.solids().len()]
+    }
+
     fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
-        self.assembly.groove_forces(&self.at)
+        let mut forces = self.assembly.groove_forces(&self.at);
+        forces.truncate(self.assembly.solids().len());
+        forces
     }
 
     fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain> {

@@ -323,11 +323,7 @@ impl AssemblyRun {
     fn determinants(&mut self, state: &StateVector) -> Option<Vec<f64>> {
         let at = self.assembly.evaluated(&state.0, self.along())?;
         self.extra.evaluations += 1;
-        let dets = at
-            .points
-            .iter()
-            .map(|point| point.end.jacobian.determinant());
-        Some(dets.collect())
+        Some(self.assembly.fold_determinants(&at))
     }
 
     /// The rods at their folds in a state, each with its det J when time was last slowed. If time `stands`,

@@ -7,11 +7,15 @@
 use super::element_sample::{ElementSample, ledger};
 use super::run::{HeavyRun, resolved_start};
 use super::start::HeavyStart;
+use super::touch::{RodsInStep, first_contact};
 use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
+use snaprod_systems::assembly::{Contact, Nearness, Tube};
 use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::full_mass::assembly::HeavyAssembly;
-use snaprod_systems::full_mass::elements::{ElementAssembly, Freedoms, INTEGRALS, Mesh};
+use snaprod_systems::full_mass::elements::{
+    ElementAssembly, ElementMoment, Freedoms, INTEGRALS, Mesh,
+};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::{Integrator, Method};
 use snaprod_systems::viscoelastic::resolution::Nodes;
@@ -59,6 +63,10 @@ pub struct ElementRun {
     /// True until something moves, and shows whether it stays in a plane.
     undecided: bool,
     most_nodes: usize,
+    /// Distances between rods with a contact diameter.
+    near: Option<Nearness>,
+    /// Reason for an end of the run with the last step.
+    ended: Option<Outcome>,
     stopped: bool,
     interrupted: bool,
 }
@@ -82,11 +90,7 @@ pub fn heavy_motion<'a>(
 /// The rods in their first elements; None if elements do not follow them, or the strains at nodes suit better.
 fn suited(given: &HeavyAssembly, options: &Options) -> Option<ElementAssembly> {
     let asked = options.method == Method::Auto && options.nodes == Nodes::Adaptive;
-    let touching = given
-        .links
-        .iter()
-        .any(|link| link.rod.given.diameter.is_some());
-    if !asked || options.tolerance < FINEST || touching {
+    if !asked || options.tolerance < FINEST {
         return None;
     }
     let intervals = given.links.iter();
@@ -135,6 +139,11 @@ impl ElementRun {
         };
         let model = Arc::new(model);
         let moment = model.moment(&y).ok_or_else(outside)?;
+        let near = nearness(given, &model, &moment);
+        let touching = near.as_ref().and_then(|near| near.contact);
+        if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
+            return Err(contact.at_start(|rod| given.rod_name(rod)));
+        }
         let first = ElementSample::new(&model, moment.clone(), &y.as_slice()[model.time()..], 0.0);
         let local = LOCAL * (options.tolerance / 1e-3).powf(LOCAL_POWER);
         let integrator = Self::integrator(&model, y, local, None).ok_or_else(outside)?;
@@ -153,6 +162,8 @@ impl ElementRun {
             numerical_before: 0.0,
             tail: 0.0,
             undecided,
+            near,
+            ended: None,
             stopped: false,
             interrupted: false,
         })
@@ -242,6 +253,9 @@ impl ElementRun {
         if self.interrupted {
             return self.stop(Outcome::Interrupted);
         }
+        if let Some(outcome) = self.ended.take() {
+            return self.stop(outcome);
+        }
         let from = self.time();
         let left = self.options.duration - from;
         if !(left > 1e-14 * self.options.duration) {
@@ -265,6 +279,10 @@ impl ElementRun {
                 "the loads change faster than steps can follow, or the rod is beyond its law: change the loads or the section",
             );
         }
+        if self.look_for_contact().is_none() {
+            let remedy = "a contact of rods was not located: lower the tolerance";
+            return self.stuck(Cause::EdgeOfDomain, remedy);
+        }
         let to = self.time();
         match self.sampled(self.integrator.state(), None) {
             Some((current, numerical)) => {
@@ -275,6 +293,28 @@ impl ElementRun {
             None => return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section"),
         }
         Event::Step { from, to }
+    }
+
+    /// Shortens the step to the first contact of rods. None if the contact cannot be located.
+    fn look_for_contact(&mut self) -> Option<()> {
+        if self.near.is_none() {
+            return Some(());
+        }
+        let after = self.nearness(self.integrator.state())?;
+        let before = self.near.replace(after.clone()).unwrap_or_default();
+        let Some((contact, part)) = first_contact(self, &before, &after)? else {
+            return Some(());
+        };
+        let h = part * self.integrator.span();
+        let from = self.integrator.from().clone();
+        self.integrator.restart(&*self.model, from, Some(h))?;
+        // If the step comes out shorter, the next step leads to the contact.
+        self.integrator.step(&*self.model, h).ok()?;
+        if self.integrator.span() >= h * (1.0 - 1e-9) {
+            let there = self.contact_near(self.integrator.state(), &contact);
+            self.ended = Some(Outcome::SelfContact(there.unwrap_or(contact)));
+        }
+        Some(())
     }
 
     /// The sample of a state, and the numerical loss: the energy that is missing, which never falls.
@@ -291,7 +331,7 @@ impl ElementRun {
 
     /// The state at the fraction x of the last step: the polynomial of degree 5 through places, velocities and
     /// accelerations at both ends, or that of degree 3 where waves blur the accelerations.
-    fn inside(&self, x: f64) -> Option<DVector<f64>> {
+    fn between(&self, x: f64) -> Option<DVector<f64>> {
         let (from, to) = (self.integrator.from(), self.integrator.state());
         let h = self.integrator.span();
         let slope = |y: &DVector<f64>| {
@@ -348,6 +388,49 @@ impl ElementRun {
         y[self.model.time()] = from[self.model.time()] + x * h;
         Some(y)
     }
+}
+
+impl RodsInStep for ElementRun {
+    fn inside(&mut self, part: f64) -> Option<DVector<f64>> {
+        self.between(part)
+    }
+
+    fn nearness(&self, y: &DVector<f64>) -> Option<Nearness> {
+        nearness(&self.given, &self.model, &self.model.moment(y)?)
+    }
+
+    fn contact_near(&self, y: &DVector<f64>, near: &Contact) -> Option<Contact> {
+        near.now(&tubes(&self.given, &self.model, &self.model.moment(y)?))
+    }
+
+    fn relative_span(&self) -> f64 {
+        self.integrator.span() / self.options.duration
+    }
+}
+
+/// Centrelines of the rods with a contact diameter.
+fn tubes<'a>(
+    given: &'a HeavyAssembly,
+    model: &'a ElementAssembly,
+    at: &'a ElementMoment,
+) -> Vec<Tube<'a>> {
+    let rods = given.links.iter().enumerate();
+    let tubes = rods.filter_map(|(k, link)| {
+        let held = link.ties().map(|tie| &tie.on.on).collect();
+        let exact = move |s: f64| Some(model.centreline(at, k, s));
+        Tube::new(k, link.rod.given.diameter?, held, model.length(k), exact)
+    });
+    tubes.collect()
+}
+
+/// Distances of rods with a contact diameter to themselves and to each other; None without such rods.
+fn nearness(
+    given: &HeavyAssembly,
+    model: &ElementAssembly,
+    at: &ElementMoment,
+) -> Option<Nearness> {
+    let tubes = tubes(given, model, at);
+    (!tubes.is_empty()).then(|| Nearness::of(&tubes))
 }
 
 /// Planes in which the rods are and move.
@@ -415,7 +498,7 @@ impl<'a> Motion<'a> for ElementRun {
             return Some(StateRef::Kept(&self.current));
         }
         let x = self.integrator.fraction(self.model.time(), t)?;
-        let mut y = self.inside(x)?;
+        let mut y = self.between(x)?;
         y[self.model.time()] = t;
         let between = |before: f64, now: f64| before + x * (now - before);
         let numerical = between(self.numerical_before, self.numerical);

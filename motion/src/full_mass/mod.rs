@@ -9,6 +9,7 @@ mod resolution;
 mod run;
 mod sample;
 mod start;
+mod touch;
 
 pub use element_run::{ElementRun, IN_ELEMENTS, heavy_motion};
 pub use element_sample::ElementSample;

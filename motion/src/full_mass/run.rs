@@ -3,6 +3,7 @@
 use super::resolution::NodeResolution;
 use super::sample::HeavySample;
 use super::start::{HeavyStart, split};
+use super::touch::{RodsInStep, crossing, first_contact};
 use crate::adaptive_nodes::AdaptiveNodes;
 use crate::groove_turning_points::{ON_END, turning_fraction};
 use crate::{Event, Motion, Options, Outcome, Resolution, StateRef, StateVariables};
@@ -29,15 +30,6 @@ const FAR: f64 = 10.0;
 const PATIENCE: u32 = 40;
 /// Largest drift of rod ends from their attachments, in tolerances, that is not corrected.
 const DRIFTED: f64 = 0.1;
-/// Fractions of a step at which contacts inside the step are tested.
-const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
-/// Most rounds of the search for the end of a groove or a contact, and its tolerance in time, relative to the
-/// duration.
-const ROUNDS: usize = 60;
-const CLOSE: f64 = 1e-13;
-/// Event function; zero at the end of a run.
-type Seek<'a> = &'a dyn Fn(&HeavyAssembly, &DVector<f64>) -> Option<f64>;
-
 /// A run of rods with mass in progress.
 pub struct HeavyRun {
     model: Arc<HeavyAssembly>,
@@ -220,7 +212,11 @@ impl HeavyRun {
         let here = self.integrator.state().clone();
         let wanted = self.nodes.wanted();
         if wanted.is_some_and(|counts| self.regrid(&here, &counts).is_none()) {
-            return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
+            let why = Error::no_convergence("the strains could not be carried to other nodes");
+            return self.stuck(
+                Cause::Failed(why),
+                "leave run.tolerance out, or raise it to 1e-5 or more; or give the rod damping",
+            );
         }
         let past = from + 1e-14 * self.options.duration;
         let left = left.min(self.model.next_break(past) - from);
@@ -271,25 +267,9 @@ impl HeavyRun {
             return Some(());
         };
         let before = self.near.replace(after.clone()).unwrap_or_default();
-        let touches = |near: &Nearness| near.contact.filter(|contact| contact.gap <= 0.0);
-        let mut found = touches(&after).map(|contact| (contact, 1.0));
-        // Within a step the gap falls below its end values by at most the distance moved by the rods.
-        if before.gap().min(after.gap()) < before.moved(&after) {
-            for part in INSIDE {
-                let y = self.integrator.at(&*self.model, part)?;
-                if let Some(contact) = nearness(&self.model, &y).as_ref().and_then(touches) {
-                    found = Some((contact, part));
-                    break;
-                }
-            }
-        }
-        if let Some((contact, part)) = found {
-            let gap = |model: &HeavyAssembly, y: &DVector<f64>| {
-                Some(now(model, y, &contact).map_or(1.0, |contact| contact.gap))
-            };
-            let part = self.crossing(&from, part, 0.0, &gap)?;
+        if let Some((contact, part)) = first_contact(self, &before, &after)? {
             self.end_at(&from, part, Outcome::SelfContact(contact))?;
-            let there = now(&self.model, self.integrator.state(), &contact);
+            let there = self.contact_near(self.integrator.state(), &contact);
             if let Some(Outcome::SelfContact(contact)) = &mut self.ended {
                 *contact = there.unwrap_or(*contact);
             }
@@ -330,55 +310,14 @@ impl HeavyRun {
             if (phi - end).abs() <= rounding {
                 continue;
             }
-            let beyond = |model: &HeavyAssembly, y: &DVector<f64>| {
-                Some(model.along_grooves(y)[k].1[0] - end)
-            };
-            let part = self.crossing(from, part, rounding, &beyond)?;
+            let beyond =
+                |run: &Self, y: &DVector<f64>| Some(run.model.along_grooves(y)[k].1[0] - end);
+            let part = crossing(self, part, rounding, &beyond)?;
             if first.is_none_or(|(least, _)| part < least) {
                 first = Some((part, body));
             }
         }
         Some(first)
-    }
-
-    /// The fraction of the step at which `function` takes on the sign that it has at `part`. None unless it
-    /// starts with the other sign, or within `rounding` of 0.
-    fn crossing(
-        &mut self,
-        from: &DVector<f64>,
-        part: f64,
-        rounding: f64,
-        function: Seek<'_>,
-    ) -> Option<f64> {
-        let (mut low, mut high) = (0.0, part);
-        let mut at_low = function(&self.model, from)?;
-        let y = self.integrator.at(&*self.model, part)?;
-        let mut at_high = function(&self.model, &y)?;
-        if !(at_low * at_high <= 0.0) {
-            if !(at_low.abs() <= rounding) {
-                return None;
-            }
-            at_low = 0.0;
-        }
-        // Secant method, with the value halved on the side that stays (Illinois).
-        for _ in 0..ROUNDS {
-            let near = (high - low) * self.integrator.span() <= CLOSE * self.options.duration;
-            if near || at_high == 0.0 {
-                break;
-            }
-            let x = (low * at_high - high * at_low) / (at_high - at_low);
-            let x = x.clamp(low + 0.01 * (high - low), high - 0.01 * (high - low));
-            let there = self.integrator.at(&*self.model, x)?;
-            let value = function(&self.model, &there)?;
-            if value * at_high < 0.0 {
-                (low, at_low) = (x, value);
-                at_high *= 0.5;
-            } else {
-                (high, at_high) = (x, value);
-                at_low *= 0.5;
-            }
-        }
-        Some(high)
     }
 
     /// Ends the step after the fraction `part`.
@@ -442,9 +381,22 @@ fn nearness(model: &HeavyAssembly, y: &DVector<f64>) -> Option<Nearness> {
     (!tubes.is_empty()).then(|| Nearness::of(&tubes))
 }
 
-/// The contact next to `near` in a state; None if it is lost.
-fn now(model: &HeavyAssembly, y: &DVector<f64>, near: &Contact) -> Option<Contact> {
-    near.now(&model.tubes(&model.at(y)?))
+impl RodsInStep for HeavyRun {
+    fn inside(&mut self, part: f64) -> Option<DVector<f64>> {
+        self.integrator.at(&*self.model, part)
+    }
+
+    fn nearness(&self, y: &DVector<f64>) -> Option<Nearness> {
+        nearness(&self.model, y)
+    }
+
+    fn contact_near(&self, y: &DVector<f64>, near: &Contact) -> Option<Contact> {
+        near.now(&self.model.tubes(&self.model.at(y)?))
+    }
+
+    fn relative_span(&self) -> f64 {
+        self.integrator.span() / self.options.duration
+    }
 }
 
 impl<'a> Motion<'a> for HeavyRun {

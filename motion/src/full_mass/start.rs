@@ -14,6 +14,8 @@ pub struct HeavyStart<'a> {
     pub bodies: Vec<BodyMotion>,
     /// The rods.
     pub rods: Vec<RodStart<'a>>,
+    /// Coordinates of the joints with axes, as [`HeavyAssembly::with_joints_at`]; or none, where all are 0.
+    pub joints: Vec<f64>,
     /// True: start at the nearby equilibrium under all loads at the time 0, a stable one if all ends are free.
     pub settled: bool,
     /// True: start with the rates at which rods without mass would follow the bodies.
@@ -88,7 +90,8 @@ impl HeavyStart<'_> {
         let rates: Vec<_> = rods().map(|(link, at)| field(link, &*at.rate)).collect();
         finite(&rates, "the rates of the strains at the start")?;
         let bases: Vec<_> = self.rods.iter().map(|rod| rod.base).collect();
-        let mut y = assembly.closed(&assembly.state(&self.bodies, &bases, &strains, &rates))?;
+        let y = assembly.state(&self.bodies, &bases, &strains, &rates);
+        let mut y = assembly.closed(&assembly.with_joints_at(y, &self.joints))?;
         if self.settled {
             y = assembly.settled(&y)?;
         }

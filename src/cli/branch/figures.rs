@@ -196,6 +196,7 @@ fn panel(name: &str, set: &CurveSet, y_label: String, x: &[f64], y: &[f64]) -> B
     let mark = |at: &SpecialPoint| {
         let i = set.row(at)?;
         let kind = match at.kind {
+            _ if at.contact.is_some() => SpecialKind::Contact,
             Kind::Fold => SpecialKind::Fold,
             Kind::BranchPoint => SpecialKind::BranchPoint,
             Kind::Cusp => SpecialKind::Cusp,
@@ -269,6 +270,7 @@ pub fn shapes(record: &BranchRecord) -> RodShapes {
         rods: shapes
             .map(|shape| drawn(&shape.sections, Some(shape.parameter), shape.unstable))
             .collect(),
+        obstacles: record.obstacles.clone(),
         value_label: record.label(),
         // Ribbons of several rods would cover each other.
         ribbon: match record.taken {

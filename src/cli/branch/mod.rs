@@ -3,7 +3,7 @@
 mod figures;
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
-use super::files::{exact, json_text, print, print_json};
+use super::files::{exact, json_text, number, print, print_json};
 use super::output::{Output, OutputArgs};
 use super::page::{Page, PageKind, branch_data, name, scene_text};
 use super::signals::Signals;
@@ -176,11 +176,21 @@ fn line(text: &mut String, at: &SpecialPoint, conservative: bool) {
             let [before, after] = at
                 .index
                 .map(|i| i.map_or_else(|| "?".to_owned(), |i| i.to_string()));
+            let bound = if at.precision.is_nan() {
+                String::new()
+            } else {
+                format!(" +- {}", upward(at.precision))
+            };
+            let on = at.contact.as_ref().map_or(String::new(), |contact| {
+                let place = contact
+                    .s
+                    .map_or(String::new(), |s| format!(" at s = {}", number(s)));
+                format!(" with {}{place}", contact.obstacle)
+            });
             write!(
                 text,
-                "{label:<5} {kind:<17} at {} +- {}, index {before} -> {after}",
+                "{label:<5} {kind:<17} at {}{bound}{on}, index {before} -> {after}",
                 exact(at.parameter),
-                upward(at.precision)
             )
         }
     };

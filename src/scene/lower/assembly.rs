@@ -423,7 +423,7 @@ impl AssemblySetup {
         all.filter(|(_, (given, _))| {
             self.is_heavy() && given.distributed.is_zero() && given.rod.loads.is_empty()
         })
-        .filter(|(_, (given, _))| given.rod.relaxation.is_empty())
+        .filter(|(k, (given, _))| given.rod.relaxation.is_empty() && !self.assembly.is_jointed(*k))
         .map(|(k, (_, (link, reversed)))| LightInSpace::in_assembly(k, link, *reversed))
         .collect()
     }
@@ -619,10 +619,12 @@ fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Result<Att
 
 /// The guide of a joint at its attachment, in the library's units; `None` for a weld or ball joint.
 fn guide(joint: &SiteJoint, on: Attachment, scales: &Scales) -> Result<Option<Guide>> {
+    let pace = scales.inward(Quantity::Time, 1.0);
     let turn = |of: &TurnAxis| JointLaw {
         couple: scales.inward(Quantity::Couple, of.couple),
         stiffness: scales.inward(Quantity::Couple, of.stiffness),
         rest: of.rest,
+        damping: scales.inward(Quantity::Couple, of.damping) * pace,
     };
     let unit = |axis: &[f64; 3]| UnitVector3::new_normalize(Vector3::from(*axis));
     let slide = |of: &TurnAxis| -> (Vec<UnitVector3<f64>>, Vec<JointLaw>) {
@@ -655,6 +657,7 @@ fn guide(joint: &SiteJoint, on: Attachment, scales: &Scales) -> Result<Option<Gu
                 couple: scales.inward(Quantity::Force, of.force),
                 stiffness: scales.inward(Quantity::Distributed, of.stiffness),
                 rest: scales.inward(Quantity::Length, of.rest),
+                damping: scales.inward(Quantity::Distributed, of.damping) * pace,
             };
             Guide::new(on, Vec::new(), vec![unit(&of.axis)], vec![law])?
         }

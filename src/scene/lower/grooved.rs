@@ -32,14 +32,11 @@ impl HeavySpace {
         let here = Isometry3::identity();
         let link = HeavyLink {
             rod: HeavyRod::coarse(self.without_body())?,
-            from: Tie {
-                on: Attachment::ground(here),
-                joint: Joint::Weld,
-            },
-            to: Some(Tie {
-                on: Attachment::body(0, here),
-                joint: joint_of(&self.common.carried),
-            }),
+            from: Tie::new(Attachment::ground(here), Joint::Weld),
+            to: Some(Tie::new(
+                Attachment::body(0, here),
+                joint_of(&self.common.carried),
+            )),
         };
         let carrier = Body::new(self.common.carried.clone()).in_groove(groove.clone());
         HeavyAssembly::new(vec![carrier], vec![link])

@@ -15,9 +15,7 @@ use crate::full_mass::frames::Curve;
 use crate::full_mass::law::Law;
 use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::math::se3::join;
-use crate::motion::full_mass::{
-    EndVelocity, HeavyRun, HeavyStart, RodStart, StrainAt, heavy_motion,
-};
+use crate::motion::full_mass::{EndVelocity, HeavyStart, RodStart, StrainAt, heavy_motion};
 use crate::motion::{Motion, Options};
 use crate::rod::DistributedLoad;
 use crate::scene::{
@@ -206,6 +204,7 @@ impl HeavyPlane {
         HeavyStart {
             bodies: Vec::new(),
             rods: vec![rod],
+            joints: Vec::new(),
             settled: self.settled,
             following: self.rate.is_none(),
         }
@@ -238,8 +237,8 @@ impl MotionModel for HeavyPlane {
     }
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
-        let run = HeavyRun::new(&self.assembly()?, &self.start(), options);
-        Ok(Box::new(run.map_err(|e| e.context(self.words.as_str()))?))
+        let run = heavy_motion(&self.assembly()?, &self.start(), options);
+        run.map_err(|e| e.context(self.words.as_str()))
     }
 
     fn load(&self) -> Option<Vector2<f64>> {
@@ -356,6 +355,7 @@ impl HeavySpace {
         Ok(HeavyStart {
             bodies,
             rods: vec![rod],
+            joints: Vec::new(),
             settled: self.settled,
             // A free rod without strain rates moves as it is.
             following: self.rate.is_none() && !self.free,

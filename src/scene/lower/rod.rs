@@ -17,6 +17,19 @@ impl Scene {
     /// A scene of motion; a law that is not convex, an end out of reach; faults that [`Scene::parse`] cannot see from
     /// the numbers alone.
     pub fn problem(&self) -> Result<Problem> {
+        if self.obstacles.is_empty() {
+            return self.problem_of_rod_alone();
+        }
+        Err(Error::domain(
+            "this command does not look for contact yet: use `snaprod equilibrium` or `snaprod branch`, or leave out [[obstacle]]",
+        ))
+    }
+
+    /// The equilibrium problem of the rod without the obstacles of the scene.
+    ///
+    /// # Errors
+    /// As [`Scene::problem`].
+    pub(crate) fn problem_of_rod_alone(&self) -> Result<Problem> {
         let held = self.end()?;
         let given = |tendon: &Tendon| matches!(tendon.pull, Pull::Length(_));
         if self.rod.tendons.iter().any(given) {

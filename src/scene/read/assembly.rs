@@ -173,6 +173,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         start: start?,
         loads: loads?,
         stations,
+        obstacles: Vec::new(),
         run: run?,
         solve: solve?,
         continuation: None,
@@ -195,12 +196,12 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         return None;
     }
     let tables = rod_tables.as_deref().unwrap_or_default();
-    for table in tables {
+    for (k, table) in tables.iter().enumerate() {
         if table
             .get("inertia")
             .and_then(|value| value.get_ref().as_str())
             == Some("first-order")
-            && let Some(why) = scene.not_first_order_in_assembly()
+            && let Some(why) = scene.not_first_order_in_assembly(k)
         {
             let hint = format!("the mass is not followed to first order: {why}");
             return table.refuse(FaultKind::Conflict, "inertia", "\"none\" here", hint);
@@ -482,9 +483,10 @@ fn one_rod(
         let hint = format!("the rod begins and ends on {name:?}");
         return table.refuse(kind, "to", allowed, hint);
     }
-    if moves && from.body.is_none() && to.body.is_none() {
-        let allowed = "on a body, where `from` is on the ground, in a scene with [run]";
-        let hint = "a rod that joins no body moves nothing; without [run] its equilibrium is found";
+    let heavy = RodTraits::of(table).heavy;
+    if moves && !heavy && from.body.is_none() && to.body.is_none() {
+        let allowed = "on a body, where `from` is on the ground, in a scene with [run]; or inertia = \"full\"";
+        let hint = "a rod without its own mass that joins no body moves nothing; without [run] its equilibrium is found";
         return table.refuse(kind, "to", allowed, hint);
     }
     if !flat
@@ -500,21 +502,6 @@ fn one_rod(
             hint,
         );
     }
-    for (name, site) in [("from", &from), ("to", &to)].into_iter().filter(|_| moves) {
-        if site.joint.is_guided() {
-            let inner = table.inner(name, &SITE)?;
-            let hint = format!(
-                "a {} is for scenes at rest so far, without [run]; a motion has welds and ball joints",
-                site.joint.word()
-            );
-            return inner.refuse(
-                kind,
-                "joint",
-                "\"weld\" or \"ball\" in a scene with [run]",
-                hint,
-            );
-        }
-    }
     let rod = FreeRod {
         name: name?,
         rod: rod?,
@@ -523,12 +510,13 @@ fn one_rod(
     Some((rod, Some((to, distributed?))))
 }
 
-/// A rod with a free end. Faults: a load or contact on the rod, or a ball joint at its base, which leaves its rotation
-/// undetermined.
+/// A rod with a free end. Faults: a load or contact on the rod, or without mass a joint at its base, which leaves its
+/// rotation undetermined.
 fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -> Option<FreeRod> {
     let kind = FaultKind::Conflict;
-    if from.joint != SiteJoint::Weld {
-        let hint = "nothing loads a rod with a free end: on a joint it would turn as it likes; a weld holds it";
+    let heavy = RodTraits::of(table).heavy;
+    if from.joint != SiteJoint::Weld && !heavy {
+        let hint = "nothing loads a rod without mass with a free end: on a joint it would turn as it likes; a weld holds it, or inertia = \"full\"";
         let at = table.inner("from", &SITE)?;
         return at.refuse(
             kind,
@@ -546,7 +534,6 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
         let allowed = "left out where `to` is \"free\"";
         return table.refuse(kind, "distributed", allowed, hint);
     }
-    let heavy = RodTraits::of(table).heavy;
     for name in ["inertia", "section_inertia"] {
         if table.has(name) && !heavy {
             let hint = "without all of its mass a rod with a free end rides on its base as it is";

@@ -75,6 +75,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         start: Start::default(),
         loads: Loads::default(),
         stations: Vec::new(),
+        obstacles: Vec::new(),
         run: None,
         solve: Solve::default(),
         continuation: None,

@@ -95,13 +95,14 @@ fn numbered(path: &str, scene: &Scene) -> String {
     {
         return format!("load[{k}].{field}");
     }
-    let (Some(assembly), Some((list, rest))) = (scene.assembly(), path.split_once('.')) else {
+    let Some((list, rest)) = path.split_once('.') else {
         return path.to_owned();
     };
     let (name, field) = rest.split_once('.').unwrap_or((rest, ""));
-    let number = match list {
-        "body" => assembly.bodies.iter().position(|body| body.name == name),
-        "rod" => assembly.rods.iter().position(|rod| rod.name == name),
+    let number = match (list, scene.assembly()) {
+        ("body", Some(assembly)) => assembly.bodies.iter().position(|body| body.name == name),
+        ("rod", Some(assembly)) => assembly.rods.iter().position(|rod| rod.name == name),
+        ("obstacle", _) => scene.obstacles.iter().position(|each| each.name == name),
         _ => None,
     };
     match number {

@@ -381,7 +381,7 @@ fn quaternion(reader: &Reader, field: &str, value: &Spanned<DeValue>) -> Option<
     reader.refuse(FaultKind::Value, field, value, allowed, hint)
 }
 
-fn rotation<'a>(
+pub(super) fn rotation<'a>(
     reader: &'a Reader<'a>,
     field: &str,
     value: &'a Spanned<DeValue<'a>>,

@@ -5,6 +5,7 @@
 
 pub(super) use super::field_spec::*;
 use super::groove::GROOVE;
+use super::obstacle::{OBSTACLE, ON as TOUCHED};
 use super::ranges::*;
 
 use Form::*;
@@ -52,6 +53,7 @@ pub(super) static TOP: Spec = Spec {
         field("loads", STATICS, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
         field("load", ANY, Array(&Table(&LISTED)), "", No, "Loads on ends, bodies, places and parts of rods, each a table [[load]], at most 100; beside those of the other tables."),
         field("station", ANY, Array(&Table(&STATION)), "", No, "Places on rods whose motion, strains and resultants are written, each a table [[station]], at most 100."),
+        field("obstacle", TOUCHED, Array(&Table(&OBSTACLE)), "", No, "Fixed bodies that the rod touches and does not enter, each a table [[obstacle]], at most 100."),
         field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
@@ -115,6 +117,7 @@ pub(super) static ROD: Spec = Spec {
         field("distributed", ASSEMBLY, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world, beside its weight: constant, a polynomial in s/length, or a table in s. Not of a rod between two ball joints, or with a free end."),
         field("mass", STATICS, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); the run of an elastic rod, or of one with all of its mass, stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
+        field("contact_diameter", STATICS, Number(&NON_NEGATIVE), "m", No, "Thickness of the rod where obstacles touch it. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape 0, the centreline."),
         field("area", BAR, Number(&POSITIVE), "m²", Yes("area = 1e-4"), "Area of the undeformed cross-section."),
         field("density", BAR, Number(&POSITIVE), "kg/m³", Yes("density = 1000.0"), "Mass per undeformed volume."),
         field("law", BAR, Table(&LAW), "", Yes("law = { mooney = [24.0, 1.5] }"), "Stress over stretch: one of the laws below."),
@@ -158,6 +161,7 @@ pub(super) static SITE: Spec = spec("site", &[
     field("force", ASSEMBLY, Number(&VALUE), "N", Or("0.0"), "Constant force on the rod along the direction of a slider or roller."),
     field("stiffness", ASSEMBLY, Number(&NON_NEGATIVE), "N m or N/m", Or("0.0"), "Spring in the joint: couple per radian of each free axis, force per length of a direction."),
     field("rest", ASSEMBLY, Number(&VALUE), "rad or m", Or("0.0"), "Angle, or shift, at which the spring of the joint is unloaded: from the directors, or the place, of the attachment. Angles of a joint with a spring stay within half a turn."),
+    field("damping", ASSEMBLY, Number(&NON_NEGATIVE), "N m s or N s/m", Or("0.0"), "Viscous friction in the joint: couple per rate of the angle of each free axis, force per rate of the shift."),
     field("motion", ASSEMBLY, Table(&CLAMP_MOTION), "", No, "How a place on the ground moves, in a motion; the displacement is from `position`."),
 ]);
 
@@ -582,8 +586,8 @@ pub(super) static RUN: Spec = Spec {
     name: "run",
     fields: &[
         field("duration", DRIVEN, Number(&POSITIVE), "s", Yes("duration = 3.0"), "How long the motion is followed."),
-        field("tolerance", PLANE, Number(&TOLERANCE), "", Or("1e-10"), "Relative tolerance of the time steps; with damping at least 1e-13."),
-        field("tolerance", SPACE | ASSEMBLY, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; at least 1e-13."),
+        field("tolerance", PLANE, Number(&TOLERANCE), "", Or("1e-10"), "Relative tolerance of the time steps; with damping at least 1e-13. Without it 1e-4 where rods have inertia = \"full\" and no damping: a tolerance of places, which leaves out waves too short for them. Below 1e-5 such rods are followed by strains at nodes, and every wave is resolved."),
+        field("tolerance", SPACE | ASSEMBLY, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; at least 1e-13. Without it 1e-4 where rods have inertia = \"full\" and no damping: a tolerance of places, which leaves out waves too short for them. Below 1e-5 such rods are followed by strains at nodes, and every wave is resolved."),
         field("method", RUNS, Word(&["auto", "explicit", "implicit", "symmetric"]), "", Or("\"auto\""),
             "How the run steps through time. With damping the program chooses, or takes explicit steps, or implicit ones for stiff rods. Without, steps are explicit; in space and of assemblies implicit where that takes less work, as where a rod is stiff, or, asked for, whatever rings in its fast modes: they damp it; or symmetric: of one length, they keep the energy of an unforced motion over any number of periods, and cost about as much as explicit ones at a tolerance a hundred times finer."),
         field("reduce", SPACE, Flag, "", Or("true"), "Look whether the motion is exactly that of a spring and a dashpot, and tell of which."),

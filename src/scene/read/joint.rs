@@ -5,13 +5,14 @@ use super::table::Table;
 use crate::scene::{FaultKind, SiteJoint, SlideAxis, TurnAxis};
 
 /// Fields of joints with axes, beside `axis`.
-const LAW: [&str; 6] = [
+const LAW: [&str; 7] = [
     "second_axis",
     "slide",
     "couple",
     "force",
     "stiffness",
     "rest",
+    "damping",
 ];
 /// Largest cosine of the angle between two axes that count as perpendicular.
 const ACROSS: f64 = 1e-9;
@@ -21,7 +22,7 @@ pub(super) fn joint(table: &Table) -> Option<SiteJoint> {
     let kinds = ["weld", "ball", "hinge", "universal", "slider", "roller"];
     let kind = table.word("joint", &kinds)?;
     let allowed: &[&str] = match kind {
-        "hinge" => &["axis", "slide", "couple", "stiffness", "rest"],
+        "hinge" => &["axis", "slide", "couple", "stiffness", "rest", "damping"],
         "universal" => &[
             "axis",
             "second_axis",
@@ -29,8 +30,9 @@ pub(super) fn joint(table: &Table) -> Option<SiteJoint> {
             "couple",
             "stiffness",
             "rest",
+            "damping",
         ],
-        "slider" | "roller" => &["axis", "force", "stiffness", "rest"],
+        "slider" | "roller" => &["axis", "force", "stiffness", "rest", "damping"],
         _ => &[],
     };
     let mut fits = true;
@@ -82,7 +84,8 @@ pub(super) fn joint(table: &Table) -> Option<SiteJoint> {
     } else {
         Some(None)
     };
-    let [stiffness, rest] = ["stiffness", "rest"].map(|name| table.number(name));
+    let [stiffness, rest, damping] =
+        ["stiffness", "rest", "damping"].map(|name| table.number(name));
     let load = table.number(if kind == "hinge" || kind == "universal" {
         "couple"
     } else {
@@ -98,19 +101,22 @@ pub(super) fn joint(table: &Table) -> Option<SiteJoint> {
         table.missing("second_axis", &allowed, "second_axis = [1.0, 0.0, 0.0]");
         None
     };
-    let (axis, second, stiffness, rest, load) = (axis?, second?, stiffness?, rest?, load?);
+    let (axis, second, load) = (axis?, second?, load?);
+    let (stiffness, rest, damping) = (stiffness?, rest?, damping?);
     let turn = TurnAxis {
         axis,
         slide: slide?,
         couple: load,
         stiffness,
         rest,
+        damping,
     };
     let slide = SlideAxis {
         axis,
         force: load,
         stiffness,
         rest,
+        damping,
     };
     let joint = match kind {
         "hinge" => SiteJoint::Hinge(turn),

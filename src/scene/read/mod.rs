@@ -15,6 +15,7 @@ mod load_file;
 mod load_list;
 mod loads;
 mod matrix;
+mod obstacle;
 mod phrases;
 mod plane;
 mod ranges;

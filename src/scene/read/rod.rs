@@ -347,7 +347,7 @@ fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
         let allowed = "left out where the rod has damping, but with inertia = \"full\"";
         return rod.refuse(FaultKind::Conflict, "contact_diameter", allowed, hint);
     }
-    if rod.has("contact_diameter") {
+    if rod.knows("contact_diameter") {
         rod.optional("contact_diameter")
     } else {
         Some(None)

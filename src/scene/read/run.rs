@@ -16,7 +16,7 @@ pub(super) fn run(table: &Table, memory: Option<RodTraits>) -> Option<Run> {
     let kind = table.reader.kind.get();
     let planar = kind == PLANE;
     let duration = table.number("duration");
-    let tolerance = tolerance(table, !planar || memory.is_some_and(RodTraits::has_strains));
+    let tolerance = tolerance(table, memory);
     let elastic = memory.map_or(kind == ASSEMBLY, |memory| !memory.has_strains());
     let method = method(
         table,
@@ -101,9 +101,18 @@ fn samples(table: &Table, kind: Kinds, duration: Option<f64>) -> Option<(usize, 
     Some((written, strobe))
 }
 
-fn tolerance(table: &Table, damped: bool) -> Option<f64> {
+/// Default tolerance of rods of full mass without friction, whose waves never die out.
+const OF_WAVES: f64 = 1e-4;
+
+fn tolerance(table: &Table, memory: Option<RodTraits>) -> Option<f64> {
+    let planar = table.reader.kind.get() == PLANE;
+    let waves = memory.is_some_and(|memory| memory.heavy && !memory.damped);
+    if waves && !table.has("tolerance") {
+        return Some(OF_WAVES);
+    }
     let tolerance = table.number("tolerance")?;
-    if damped && !(tolerance >= Options::LEAST_WITH_STRAINS) {
+    let has_strains = memory.is_some_and(RodTraits::has_strains);
+    if (!planar || has_strains) && !(tolerance >= Options::LEAST_WITH_STRAINS) {
         let allowed = "a number in [1e-13, 1e-2] of a rod with damping or in space";
         return table.refuse(FaultKind::Value, "tolerance", allowed, None);
     }

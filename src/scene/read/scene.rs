@@ -11,6 +11,7 @@ use super::fields::{
 use super::kind::scene_kind;
 use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::loads;
+use super::obstacle::obstacles;
 use super::reader::Reader;
 use super::rod::{RodTraits, rod};
 use super::run::{run, solve};
@@ -138,6 +139,7 @@ fn resolve(top: &Table) -> Option<Scene> {
     let listed = load_list(top, &bearers);
     let rods: Vec<(&str, f64)> = length.map(|length| ("", length)).into_iter().collect();
     let stations = stations(top, &rods, &[]);
+    let obstacles = obstacles(top);
     let run = part(top, &RUN)
         .flatten()
         .and_then(|table| run(&table, memory));
@@ -162,6 +164,7 @@ fn resolve(top: &Table) -> Option<Scene> {
             start: start?,
             loads,
             stations: stations?,
+            obstacles: obstacles?,
             run: Some(run).filter(|run| run.is_some() == motion)?,
             solve: solve?,
             continuation: None,

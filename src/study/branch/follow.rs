@@ -37,6 +37,35 @@ pub struct Row {
     pub label: String,
 }
 
+/// Options of the continuation that a scene asks for, with points at these values of the parameter beside those asked
+/// for.
+pub(super) fn branch_options(
+    scene: &Scene,
+    wanted: &Continue,
+    stations: &[f64],
+    direction: Direction,
+) -> Options {
+    let (low, high) = wanted.range();
+    let (from, to) = if wanted.to > wanted.from {
+        (low, high)
+    } else {
+        (high, low)
+    };
+    let mut at = wanted.at.clone();
+    at.extend(stations.iter().filter(|p| !wanted.at.contains(p)));
+    Options {
+        at,
+        direction,
+        initial_step: TYPICAL_WRENCH * wanted.step,
+        min_step: TYPICAL_WRENCH * wanted.min_step,
+        max_step: TYPICAL_WRENCH * wanted.max_step,
+        tolerance: scene.solve.tolerance,
+        weight: TYPICAL_WRENCH / (wanted.to - wanted.from).abs(),
+        max_points: wanted.points,
+        ..Options::between(from, to)
+    }
+}
+
 /// A special point with its label and curve.
 pub struct Located {
     pub label: String,
@@ -126,26 +155,7 @@ impl<'a> Study<'a> {
     }
 
     fn options(&self, direction: Direction) -> Options {
-        let wanted = self.wanted;
-        let (low, high) = wanted.range();
-        let (from, to) = if wanted.to > wanted.from {
-            (low, high)
-        } else {
-            (high, low)
-        };
-        let mut at = wanted.at.clone();
-        at.extend(self.stations.iter().filter(|p| !wanted.at.contains(p)));
-        Options {
-            at,
-            direction,
-            initial_step: TYPICAL_WRENCH * wanted.step,
-            min_step: TYPICAL_WRENCH * wanted.min_step,
-            max_step: TYPICAL_WRENCH * wanted.max_step,
-            tolerance: self.scene.solve.tolerance,
-            weight: TYPICAL_WRENCH / (wanted.to - wanted.from).abs(),
-            max_points: wanted.points,
-            ..Options::between(from, to)
-        }
+        branch_options(self.scene, self.wanted, &self.stations, direction)
     }
 
     /// Largest norm of the unknowns at stations and ends of branches.

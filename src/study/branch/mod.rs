@@ -8,10 +8,11 @@ mod record;
 mod rod;
 mod search;
 mod subject;
+mod touched;
 
 pub use record::{
-    BranchMass, BranchRecord, CurveRecord, CurveSet, DeflationRecord, FoldCurves, ShapeRecord,
-    SpecialPoint,
+    BranchMass, BranchRecord, ContactAt, CurveRecord, CurveSet, DeflationRecord, FoldCurves,
+    ShapeRecord, SpecialPoint,
 };
 
 use super::Hooks;
@@ -74,6 +75,9 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
         let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
         let record = followed(scene, wanted, &subject, x, hooks).map_err(in_units)?;
         return record.ok_or_else(left_chart_error);
+    }
+    if !scene.obstacles.is_empty() {
+        return touched::branch(scene, wanted, hooks);
     }
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
     let start = first.solve(scene.guess().as_ref())?;
@@ -314,6 +318,7 @@ fn followed(
         masses: record::masses(scene, wanted, subject, &study.rows),
         shapes: shapes(record::even(subject.shown(), &study.rows)),
         pictures: shapes(record::even_and_special(pictures, &study.rows)),
+        obstacles: Vec::new(),
         remarks,
         lost: study.lost,
         interrupted: study.watch.interrupted,

@@ -3,6 +3,7 @@
 use super::follow::{Located, Row, signed};
 use super::subject::Subject;
 use crate::error::Result;
+use crate::rod::contact::ContactEventKind;
 use crate::rod::{ChosenPath, RodSection};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
 use crate::solve::special_points::{SpecialKind, Status};
@@ -40,6 +41,8 @@ pub struct BranchRecord {
     /// Effect of the mass of the rods at the first and the last stable point of every branch, where the mass is
     /// known.
     pub masses: Vec<BranchMass>,
+    /// Lines on the obstacles of the scene, for figures.
+    pub obstacles: Vec<Vec<[f64; 3]>>,
     /// Further remarks, in sentences.
     pub remarks: Vec<String>,
     /// Branches and fold curves that exist but were not followed: start of each, and the reason.
@@ -88,6 +91,8 @@ pub struct SpecialPoint {
     pub label: String,
     /// Kind of special point.
     pub kind: SpecialKind,
+    /// Event of a contact with an obstacle.
+    pub contact: Option<ContactAt>,
     /// Number of the curve of this point.
     pub curve: usize,
     /// Reason for doubt, if the location is only a guess.
@@ -111,6 +116,17 @@ pub struct SpecialPoint {
     pub index: [Option<usize>; 2],
     /// At a fold of a branch: normal form of the dynamics with which a rod of known mass departs.
     pub fold: Option<FoldAtRest>,
+}
+
+/// Event of a contact on a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactAt {
+    /// Kind of event.
+    pub kind: ContactEventKind,
+    /// Name of the obstacle.
+    pub obstacle: String,
+    /// Arclength of the unloaded rod.
+    pub s: Option<f64>,
 }
 
 /// Extent and result of the search by deflation.
@@ -180,8 +196,13 @@ pub struct ShapeRecord {
 
 /// Indices of `count` rows, evenly spaced.
 pub(super) fn even(count: usize, rows: &[Row]) -> Vec<usize> {
-    let shown = count.min(rows.len());
-    let row = |k: usize| k * (rows.len() - 1) / (shown - 1).max(1);
+    even_of(count, rows.len())
+}
+
+/// Indices of `count` of `rows` rows, evenly spaced.
+pub(super) fn even_of(count: usize, rows: usize) -> Vec<usize> {
+    let shown = count.min(rows);
+    let row = |k: usize| k * (rows - 1) / (shown - 1).max(1);
     (0..shown).map(row).collect()
 }
 
@@ -288,6 +309,7 @@ impl Located {
         SpecialPoint {
             label: self.label.clone(),
             kind: special.kind,
+            contact: None,
             curve: self.curve,
             doubt: match &special.status {
                 Status::Converged => None,
@@ -313,6 +335,9 @@ impl Located {
 impl SpecialPoint {
     /// Name of the kind: a fold of a fold curve is a turning point, where two folds of the branches meet.
     pub fn kind_name(&self) -> String {
+        if let Some(contact) = &self.contact {
+            return contact.kind.as_str().to_owned();
+        }
         match (self.kind, self.second) {
             (SpecialKind::Fold, Some(_)) => "turning point".to_owned(),
             (kind, _) => kind.to_string(),
@@ -349,6 +374,10 @@ impl SpecialPoint {
                     json!({ "parameter": self.precision, "arclength": self.arclength_precision });
                 object["index_before"] = self.index[0].into();
                 object["index_after"] = self.index[1].into();
+                if let Some(contact) = &self.contact {
+                    object["obstacle"] = contact.obstacle.as_str().into();
+                    object["s"] = contact.s.into();
+                }
                 if let Some(fold) = &self.fold {
                     object["fold"] = fold.json();
                 }

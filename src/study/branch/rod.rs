@@ -18,7 +18,7 @@ use nalgebra::DVector;
 /// Step in the unknowns along the branch from a fold, by which its critical direction is found.
 const ASIDE: f64 = 1e-4;
 /// Sections of a shape.
-const SECTIONS: usize = 121;
+pub const SECTIONS: usize = 121;
 
 /// A single rod in a chart valid on whole branches.
 pub struct SingleRod<'a, C> {

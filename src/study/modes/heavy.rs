@@ -144,7 +144,9 @@ impl Task<'_> {
         }
         let bodies = assembly.bodies();
         let mut laws = assembly.links.iter().map(|link| &link.rod.given.law);
-        let lossy = laws.any(|law| law.is_damped()) || !bodies.iter().all(is_simple);
+        let lossy = laws.any(|law| law.is_damped())
+            || assembly.has_friction_in_joints()
+            || !bodies.iter().all(is_simple);
         let followed = bodies.iter().any(|body| body.is_followed(0.0));
         let mode = |mode: &Vibration| -> Result<FoundMode> {
             let step = NUDGE / mode.shape.amax();

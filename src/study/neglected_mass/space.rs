@@ -83,6 +83,10 @@ impl RodsAtRest {
     ) -> Result<Self> {
         let rods: Vec<Option<RodOfKnownMass>> = (0..assembly.links().len())
             .map(|k| {
+                // A rod whose joints have axes vibrates with them.
+                if assembly.is_jointed(k) {
+                    return Ok(None);
+                }
                 let rod = scene.rod_of(k);
                 let Some(massive) = rod.massive(assembly.links()[k].rod(), scales)? else {
                     return Ok(None);
@@ -129,7 +133,8 @@ impl RodsAtRest {
     /// Relative change of the lowest frequency.
     fn shift(&self) -> Option<f64> {
         let (assembly, now) = (&self.assembly, &self.now);
-        if assembly.is_followed(0.0) || assembly.index(0.0, now, ALONG).ok()? > 0 {
+        let left_out = assembly.is_followed(0.0) || assembly.has_joints();
+        if left_out || assembly.index(0.0, now, ALONG).ok()? > 0 {
             return None;
         }
         let modes = assembly.modes(now, ALONG).ok()?;

@@ -35,7 +35,14 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
                 "the wrench at the base of every rod; of a taut one its force alone",
                 "the bodies give the positions of the ends; the wrench selects among the equilibria of each rod there",
             ),
-            steps(run.method, RADAU7),
+            if rods().any(AssemblyRod::has_joint_axes) {
+                choice(
+                    "explicit steps of order 8 (DOP853)",
+                    "joints with axes on rods without mass of their own",
+                )
+            } else {
+                steps(run.method, RADAU7)
+            },
         )
     };
     if !full {

@@ -35,7 +35,7 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
         );
         return Ok(branched(plan, scene));
     }
-    let problem = scene.problem()?;
+    let problem = scene.problem_of_rod_alone()?;
     let taken = problem.solve(scene.guess().as_ref())?.taken;
     plan.model = choice(
         "the equilibrium of one rod",

@@ -5,7 +5,7 @@ use crate::motion::{Bounce, Snap, SnapEnd, UnknownInterval};
 use crate::scene::Scales;
 use nalgebra::DVector;
 
-/// A snap whose ends have the chart points `from` and `to` of the record; its bodies and charts are left out.
+/// A snap whose ends have the chart points `from` and `to` of the record; its bodies, charts and joints are left out.
 pub(super) fn snap(k: &Scales, snap: &Snap, [from, to]: [DVector<f64>; 2]) -> Snap {
     let end = |end: &SnapEnd, q: DVector<f64>| SnapEnd {
         q,
@@ -20,6 +20,7 @@ pub(super) fn snap(k: &Scales, snap: &Snap, [from, to]: [DVector<f64>; 2]) -> Sn
         from: end(&snap.from, from),
         to: end(&snap.to, to),
         released: k.outward(Quantity::Couple, snap.released),
+        joints: Vec::new(),
         moving: None,
         ..*snap
     }

@@ -430,7 +430,7 @@ impl Observer for Recorder<'_> {
                         .extend(rest.and_then(|rest| rest.bounced(bounce)));
                 }
             }
-            Event::Step { .. } | Event::Stop(_) => {}
+            Event::Step { .. } | Event::Contact(_) | Event::Stop(_) => {}
         }
         Ok(())
     }

@@ -192,8 +192,11 @@ impl Body {
     }
 
     /// Count of state components of the body: quaternion (w, x, y, z) of a rigid body, position or groove parameter,
-    /// and their rates.
+    /// and their rates. The node of a joint has the joint's coordinates alone.
     pub fn numbers(&self) -> usize {
+        if self.joint().is_some() {
+            return self.freedoms();
+        }
         2 * self.freedoms() + usize::from(self.turns())
     }
 

@@ -27,6 +27,8 @@ const STEPS: usize = 30;
 const SETTLED: f64 = 1e-14;
 /// Intervals into which a rod with an exact centreline is divided.
 const TRACED: usize = 64;
+/// Gap below which pairs are near, in distances between sample points.
+const REACH: f64 = 2.0;
 /// Gaps smaller than this, in rod lengths, are evaluated on the fine centrelines.
 const NEAR: f64 = 1e-2;
 
@@ -42,17 +44,34 @@ pub struct Contact {
 }
 
 /// Closest approach of rods at a state.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Nearness {
     /// Closest pair, if any is near.
     pub contact: Option<Contact>,
+    /// Lower bound of the gaps of all pairs that are not near.
+    beyond: f64,
     marks: Vec<Vector3<f64>>,
+}
+
+impl Default for Nearness {
+    fn default() -> Self {
+        Self {
+            contact: None,
+            beyond: f64::INFINITY,
+            marks: Vec::new(),
+        }
+    }
 }
 
 impl Nearness {
     /// Gap of the closest pair; infinite if none is near.
     pub fn gap(&self) -> f64 {
         self.contact.map_or(f64::INFINITY, |contact| contact.gap)
+    }
+
+    /// Lower bound of the gap of every pair.
+    pub fn least_gap(&self) -> f64 {
+        self.gap().min(self.beyond)
     }
 
     /// Largest displacement of a sample point of a rod between two states.
@@ -120,6 +139,8 @@ impl Nearness {
             let marks = (0..MARKS).map(|k| length * k as f64 / (MARKS - 1) as f64);
             found.marks.extend(marks.map(|s| one.curve.at(s)[0]));
             for other in &tubes[i..] {
+                let spacing = one.curve.spacing().max(other.curve.spacing());
+                found.beyond = found.beyond.min(REACH * spacing);
                 let near = nearest_of([one, other]);
                 let near = near.and_then(|contact| {
                     if contact.gap < NEAR * length {
@@ -402,7 +423,7 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
     let rods = [one.rod, other.rod];
     let thick = 0.5 * (one.diameter + other.diameter);
     let same = rods[0] == rods[1];
-    let reach = thick + 2.0 * a.spacing().max(b.spacing());
+    let reach = thick + REACH * a.spacing().max(b.spacing());
     let (last_a, last_b) = (a.points.len() - 1, b.points.len() - 1);
     let square = |i: usize, j: usize| (a.points[i] - b.points[j]).norm_squared();
     let mut best: Option<Contact> = None;

@@ -270,7 +270,11 @@ impl Assembly {
             power += point.driven.as_ref().map_or(0.0, |driven| driven.power);
             let ends = [(&link.from, &point.base), (&link.to, &point.tip)];
             for ((site, place), wrench) in ends.into_iter().zip(point.wrenches()) {
-                if let AttachedTo::Support(_) = site.on {
+                let carrier = site
+                    .carried_by()
+                    .and_then(|body| self.carriers[body].joint());
+                let on = carrier.map_or(&site.on, |joint| &joint.on().on);
+                if let AttachedTo::Support(_) = on {
                     power -= wrench.dot(&place.twist);
                 }
             }

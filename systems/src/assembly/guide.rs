@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 /// Largest cosine of the angle between two axes that count as perpendicular.
 const ACROSS: f64 = 1e-9;
 
-/// Couple or force of a joint in one of its coordinates y: couple - stiffness (y - rest).
+/// Couple or force of a joint in one of its coordinates y: couple - stiffness (y - rest) - damping y'.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointLaw {
     /// Constant couple about the axis, or force along the direction, on what the joint carries.
@@ -25,16 +25,29 @@ pub struct JointLaw {
     pub stiffness: f64,
     /// Coordinate at which the spring is unloaded.
     pub rest: f64,
+    /// Viscous friction >= 0: couple per rate of the angle, or force per rate of the shift.
+    pub damping: f64,
+}
+
+/// A freedom of a joint: a turn about an axis, or a slide along a direction, with its law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FreeAxis {
+    /// True for a turn.
+    pub turns: bool,
+    /// Axis or direction, along the directors that the freedoms before leave.
+    pub along: UnitVector3<f64>,
+    /// Law of the coordinate.
+    pub law: JointLaw,
 }
 
 impl JointLaw {
     /// Couple or force at rest on what the joint carries.
-    fn at(&self, y: f64) -> f64 {
+    pub(crate) fn at(&self, y: f64) -> f64 {
         self.couple - self.stiffness * (y - self.rest)
     }
 
     /// Potential of [`JointLaw::at`].
-    fn potential(&self, y: f64) -> f64 {
+    pub(crate) fn potential(&self, y: f64) -> f64 {
         let apart = y - self.rest;
         0.5 * self.stiffness * apart * apart - self.couple * y
     }
@@ -99,11 +112,14 @@ impl Guide {
                 couple,
                 stiffness,
                 rest,
+                damping,
             } = *law;
-            let finite = [couple, stiffness, rest].iter().all(|x| x.is_finite());
-            if !(finite && stiffness >= 0.0) {
+            let finite = [couple, stiffness, rest, damping]
+                .iter()
+                .all(|x| x.is_finite());
+            if !(finite && stiffness >= 0.0 && damping >= 0.0) {
                 return Err(Error::domain(
-                    "couple, stiffness and rest of a joint must be finite, the stiffness >= 0",
+                    "couple, stiffness, rest and damping of a joint must be finite, stiffness and damping >= 0",
                 ));
             }
         }
@@ -161,6 +177,30 @@ impl Guide {
     /// Attachment of the joint.
     pub fn on(&self) -> &Attachment {
         &self.on
+    }
+
+    /// Freedoms of a joint with axes, from the carrier to the node: slides, then turns.
+    pub fn free_axes(&self) -> Vec<FreeAxis> {
+        let (turns, slides) = self.laws.split_at(self.turns.len());
+        let axes = |turns: bool, along: &[UnitVector3<f64>], laws: &[JointLaw]| {
+            let pairs = along.iter().zip(laws);
+            let axes = pairs.map(|(along, law)| FreeAxis {
+                turns,
+                along: *along,
+                law: *law,
+            });
+            axes.collect::<Vec<_>>()
+        };
+        let mut all = axes(false, &self.slides, slides);
+        all.extend(axes(true, &self.turns, turns));
+        all
+    }
+
+    /// Coordinates of the freedoms, in the order of [`Guide::free_axes`], of the node at a pose at time 0.
+    pub fn along_axes(&self, bodies: &[BodyMotion], node: &Isometry3<f64>) -> Vec<f64> {
+        let mut y = self.coordinates(&self.frame(0.0, bodies), node);
+        y.rotate_left(self.turns.len());
+        y
     }
 
     /// Number of axes.
@@ -315,6 +355,11 @@ impl Guide {
         }
         let y = self.coordinates(frame, pose);
         self.laws.iter().zip(y).map(|(law, y)| law.at(y)).collect()
+    }
+
+    /// Laws by coordinate.
+    pub(super) fn laws(&self) -> &[JointLaw] {
+        &self.laws
     }
 
     /// Stiffness of the laws by coordinate.

@@ -231,7 +231,7 @@ impl Link {
     }
 
     /// The layer of the rod with its end at `held` relative to the base, with wrench 0.
-    fn layer<const D: usize>(&self, held: &Isometry3<f64>) -> RodLayer<D> {
+    pub(super) fn layer<const D: usize>(&self, held: &Isometry3<f64>) -> RodLayer<D> {
         let length = self.rod.length();
         let units = Measures {
             length,
@@ -395,7 +395,7 @@ impl Link {
     }
 
     /// Strains at the nodes, in units of 1/L, one after the other.
-    fn strains(
+    pub(super) fn strains(
         &self,
         grid: &Grid,
         q: &Wrench,
@@ -437,13 +437,7 @@ impl Link {
             Vector3::zeros()
         };
         let mut start = join(&(m + end.end().translation.vector.cross(&n)), &n);
-        if let Some(load) = &layer.load {
-            // Force of the load, and its couple about the base.
-            let nodes = load.iter().zip(end.positions()).zip(layer.grid.weights());
-            start += nodes.fold(Wrench::zeros(), |sum, ((f, r), weight)| {
-                sum + join(&(r.cross(f) * *weight), &(f * *weight))
-            });
-        }
+        start += layer.load_about_base(&end);
         let mut held = layer.held;
         held.translation.vector *= self.rod.length();
         self.polished(&start, &held, tolerance)

@@ -82,8 +82,9 @@ impl Assembly {
     /// largest.
     ///
     /// # Errors
-    /// A configuration with neither stiffness nor compliance; as [`super::Link::index`].
+    /// A configuration with neither stiffness nor compliance; friction in a joint; as [`super::Link::index`].
     pub fn modes(&self, now: &Configuration, tolerance: f64) -> Result<Modes> {
+        self.check_joints_without_friction()?;
         let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
         let massive = self.massive();
         if massive.is_empty() {
@@ -127,6 +128,23 @@ impl Assembly {
         })
     }
 
+    /// Refuses friction in joints of rods without mass, whose angles would be states of the small motions.
+    fn check_joints_without_friction(&self) -> Result<()> {
+        let mut joints = self.carriers().iter();
+        let joint = joints.position(|carrier| {
+            let axes = carrier.joint().map(super::guide::Guide::laws);
+            axes.is_some_and(|laws| laws.iter().any(|law| law.damping > 0.0))
+        });
+        match joint {
+            None => Ok(()),
+            Some(node) => Err(Error::domain(format!(
+                "{} has damping, which the small motions of rods without their own mass leave out: set damping = 0, or give the rods their \
+                 mass and inertia = \"full\"",
+                self.carriers()[node].called(node)
+            ))),
+        }
+    }
+
     /// Eigenvalues s of small motions exp(s t) about an equilibrium at t = 0, with drag, rotors and loads that turn
     /// with bodies. The system M x'' + C x' + K x = 0 has two for each velocity that is not rigid, in order of
     /// imaginary, then real part. A real part above zero is an instability; a rotor can stabilise an unstable
@@ -135,6 +153,7 @@ impl Assembly {
     /// # Errors
     /// As [`Assembly::modes`]; eigenvalues that do not converge.
     pub fn eigenvalues(&self, now: &Configuration, tolerance: f64) -> Result<Vec<Complex<f64>>> {
+        self.check_joints_without_friction()?;
         let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
         let massive = self.massive();
         let root = self.mass_root(now, &points, &massive)?;

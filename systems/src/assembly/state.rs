@@ -1,8 +1,8 @@
 //! State vectors of an assembly and their rates (theory 3.3).
 //!
-//! A state holds the pose and the velocity of every body, the chart of every rod, and the spins of rods with mass
-//! between two ball joints. Time, the work of loads and supports, and the loss to drag follow. Poses and charts are
-//! redundant: the gap between them is the error of the integration.
+//! A state holds the pose and the velocity of every body, the coordinates of joints with axes, the chart of every rod,
+//! and the spins of rods with mass between two ball joints. Time, the work of loads and supports, and the loss to drag
+//! follow. Poses and charts are redundant: the gap between them is the error of the integration.
 //!
 //! ```text
 //! place' = V,   M V' = wrenches of the rods + loads,   q_k' = J_k^-1 xi_k,
@@ -12,6 +12,8 @@
 
 use super::body::{Body, BodyMotion};
 use super::configuration::{Configuration, Evaluated, Integrals, Spin};
+use super::guide::Guide;
+use super::jointed_rod::JointedRod;
 use super::network::Assembly;
 use super::rod_element::{LinkPoint, RodChart};
 use crate::manifold::adjugate_times;
@@ -80,6 +82,37 @@ impl Assembly {
         })
     }
 
+    /// Indices of the coordinates of a joint's node in a state.
+    fn node_slots(&self, node: usize) -> Range<usize> {
+        let start = self.carriers()[..node].iter().map(Body::numbers).sum();
+        start..start + self.carriers()[node].numbers()
+    }
+
+    /// Coordinates in a state of the joints of rod `k`.
+    pub fn joints_of(&self, state: &DVector<f64>, k: usize) -> Vec<f64> {
+        let rod = self.jointed(k);
+        let nodes = rod.iter().flat_map(JointedRod::nodes);
+        let slots = nodes.flat_map(|(_, (node, ..))| self.node_slots(node));
+        slots.map(|slot| state[slot]).collect()
+    }
+
+    /// The state with other coordinates of the joints of rod `k`, as [`Assembly::joints_of`].
+    #[must_use]
+    pub fn with_joints_of(
+        &self,
+        mut state: DVector<f64>,
+        k: usize,
+        coordinates: &[f64],
+    ) -> DVector<f64> {
+        let rod = self.jointed(k);
+        let nodes = rod.iter().flat_map(JointedRod::nodes);
+        let slots = nodes.flat_map(|(_, (node, ..))| self.node_slots(node));
+        for (slot, y) in slots.zip(coordinates) {
+            state[slot] = *y;
+        }
+        state
+    }
+
     fn chart_start(&self) -> usize {
         self.carriers().iter().map(Body::numbers).sum()
     }
@@ -102,7 +135,7 @@ impl Assembly {
     /// have rates of their own.
     pub fn slots(&self) -> [Vec<usize>; 2] {
         let (mut places, mut velocities) = (Vec::new(), Vec::new());
-        for (start, carrier) in self.starts() {
+        for (start, carrier) in self.starts().take(self.solids().len()) {
             let end = start + carrier.numbers();
             places.extend(start..end - carrier.freedoms());
             velocities.extend(end - carrier.freedoms()..end);
@@ -114,7 +147,7 @@ impl Assembly {
     /// Writes the rates of the bodies' poses alone, which need no rods.
     pub fn write_place_rates(&self, state: &DVector<f64>, out: &mut DVector<f64>) {
         let time = state[self.time_slot()];
-        for (start, carrier) in self.starts() {
+        for (start, carrier) in self.starts().take(self.solids().len()) {
             let slots = start..start + carrier.numbers();
             let (from, to) = (
                 &state.as_slice()[slots.clone()],
@@ -140,10 +173,14 @@ impl Assembly {
         let time = self.time_slot();
         let mut state = DVector::zeros(time + 3);
         for ((start, carrier), place) in self.starts().zip(&now.bodies) {
-            carrier.write(
-                place,
-                &mut state.as_mut_slice()[start..start + carrier.numbers()],
-            );
+            let numbers = &mut state.as_mut_slice()[start..start + carrier.numbers()];
+            match carrier.joint() {
+                None => carrier.write(place, numbers),
+                Some(joint) => {
+                    let frame = joint.frame(integrals.time, &now.bodies);
+                    numbers.copy_from_slice(&joint.coordinates(&frame, &place.pose));
+                }
+            }
         }
         for (k, q) in now.charts.iter().enumerate() {
             state.as_mut_slice()[self.chart_slots(k)].copy_from_slice(q.as_slice());
@@ -160,11 +197,18 @@ impl Assembly {
     /// Unpacks the configuration of a state.
     pub fn configuration(&self, state: &DVector<f64>) -> Configuration {
         let numbers = state.as_slice();
+        let t = state[self.time_slot()];
+        let mut bodies: Vec<BodyMotion> = Vec::with_capacity(self.carriers().len());
+        for (start, carrier) in self.starts() {
+            let numbers = &numbers[start..start + carrier.numbers()];
+            let place = match carrier.joint() {
+                None => carrier.read(numbers),
+                Some(joint) => joint.carried(t, &bodies, numbers),
+            };
+            bodies.push(place);
+        }
         Configuration {
-            bodies: self
-                .starts()
-                .map(|(start, carrier)| carrier.read(&numbers[start..start + carrier.numbers()]))
-                .collect(),
+            bodies,
             charts: self.charts(state),
             spins: self.read_spins(state),
         }
@@ -278,23 +322,42 @@ impl Assembly {
             points,
         } = &at;
         let mut dets = Vec::with_capacity(points.len());
+        let mut joint_loss = 0.0;
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
-            let drive = point.drive();
-            let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
             let better = link.suited_chart(&now.charts[k], point);
-            let gap = link.apart(point);
-            let scale = link.gap_scale(&point.end);
-            seen(
-                k,
+            let scaled;
+            let monitor = if let Some(rod) = self.jointed(k) {
+                let equations = rod.equations(integrals.time, &now.bodies, point);
+                let (det, all) = adjugate_times(&equations.matrix, &equations.drive);
+                scaled = all.fixed_rows::<6>(0).into_owned();
+                let y = rod.coordinates_of(&all);
+                for (_, (node, guide, first)) in rod.nodes() {
+                    let slots = self.node_slots(node);
+                    let rates = y.rows(first, guide.laws().len());
+                    out.rows_mut(slots.start, slots.len()).copy_from(&rates);
+                }
+                joint_loss += equations.loss;
+                RodMonitor {
+                    det,
+                    gap: link.apart(point).max(equations.unbalanced()),
+                    better,
+                    ..RodMonitor::default()
+                }
+            } else {
+                let drive = point.drive();
+                let det;
+                (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
+                let scale = link.gap_scale(&point.end);
                 RodMonitor {
                     det,
                     jacobian: scale * point.end.jacobian,
                     drive: scale * drive,
-                    gap,
+                    gap: link.apart(point),
                     better,
-                },
-            );
-            dets.push(det);
+                }
+            };
+            dets.push(monitor.det);
+            seen(k, monitor);
             out.as_mut_slice()[self.chart_slots(k)].copy_from_slice(scaled.as_slice());
         }
         // Up to here the slopes of the charts are q' det J. The factor t'/det J is finite where det J of a slowed rod
@@ -310,12 +373,18 @@ impl Assembly {
         }
         for (k, det) in dets.iter().enumerate() {
             let factor = by_time[k].unwrap_or(rate / det);
-            out.as_mut_slice()[self.chart_slots(k)]
-                .iter_mut()
-                .for_each(|x| *x *= factor);
+            let mut scale = |slots: Range<usize>| {
+                let own = &mut out.as_mut_slice()[slots];
+                own.iter_mut().for_each(|x| *x *= factor);
+            };
+            scale(self.chart_slots(k));
+            let rod = self.jointed(k);
+            for (_, (node, ..)) in rod.iter().flat_map(JointedRod::nodes) {
+                scale(self.node_slots(node));
+            }
         }
         let mut wrenches = self.wrenches(&now.bodies, points);
-        let (mut power, mut loss) = (self.power_on_rods(points), 0.0);
+        let (mut power, mut loss) = (self.power_on_rods(points), joint_loss);
         let mut spins = Vec::new();
         if self.feels_rods() {
             let together = self.feel_rods(&at, tolerance, &mut wrenches)?;
@@ -324,7 +393,8 @@ impl Assembly {
         }
         let charts = self.charts(out);
         self.write_spin_rates(state, points, &charts, &spins, rate, out);
-        for ((start, carrier), wrench) in self.starts().zip(&wrenches) {
+        let solids = self.starts().take(self.solids().len());
+        for ((start, carrier), wrench) in solids.zip(&wrenches) {
             let slots = start..start + carrier.numbers();
             let (driven, lost) = carrier.write_rates(
                 integrals.time,
@@ -404,20 +474,32 @@ impl Assembly {
     /// the end of a nearly straight rod does not determine its force along the rod, so that force is kept.
     pub fn corrected_charts(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
-        rods.map(|((link, point), q)| {
-            let gap = point.gap();
-            let change = match link.chart().slider() {
-                Some(slider) => link.moved_across(&slider, &point.end, &gap),
-                None => point.end.jacobian.full_piv_lu().solve(&gap),
-            };
-            Some(q + change?)
-        })
-        .collect()
+        rods.enumerate()
+            .map(|(k, ((link, point), q))| {
+                if let Some(rod) = self.jointed(k) {
+                    return Some(q + rod.correction(at, point)?.fixed_rows::<6>(0));
+                }
+                let gap = point.gap();
+                let change = match link.chart().slider() {
+                    Some(slider) => link.moved_across(&slider, &point.end, &gap),
+                    None => point.end.jacobian.full_piv_lu().solve(&gap),
+                };
+                Some(q + change?)
+            })
+            .collect()
     }
 
     /// Closes the gaps of a state: charts are [`Assembly::corrected_charts`]; for nearly straight rods the bodies are
     /// moved.
-    pub fn close_gaps(&self, state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
+    pub fn close_gaps(&self, mut state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
+        for (k, point) in at.points.iter().enumerate() {
+            if let Some(rod) = self.jointed(k) {
+                let change = rod.coordinates_of(&rod.correction(at, point)?);
+                let y = self.joints_of(&state, k);
+                let y: Vec<f64> = y.iter().zip(change.iter()).map(|(y, by)| y + by).collect();
+                state = self.with_joints_of(state, k, &y);
+            }
+        }
         Some(self.slide_bodies(self.with_charts(state, &self.corrected_charts(at)?), at))
     }
 
@@ -447,7 +529,9 @@ impl Assembly {
     /// ([`super::Link::allow`]). True if one does so at once.
     pub fn allow_sliding(&mut self, tolerance: f64, at: &Evaluated) -> bool {
         let mut slides = false;
-        for (link, point) in self.links.iter_mut().zip(&at.points) {
+        let jointed: Vec<bool> = (0..self.links.len()).map(|k| self.is_jointed(k)).collect();
+        let links = self.links.iter_mut().zip(&at.points).zip(jointed);
+        for ((link, point), _) in links.filter(|(_, jointed)| !jointed) {
             link.allow(tolerance);
             if let Some(slider) = link.suited_slider(&point.end) {
                 link.set_chart(RodChart::OnSlider(slider));
@@ -463,11 +547,19 @@ impl Assembly {
         let bodies = || self.carriers().iter().zip(&at.now.bodies);
         [
             bodies()
+                .filter(|(carrier, _)| carrier.joint().is_none())
                 .map(|(carrier, place)| carrier.kinetic(t, place))
                 .sum(),
             at.points.iter().map(|point| point.end.energy).sum(),
             bodies()
-                .map(|(carrier, place)| carrier.potential(t, &place.pose))
+                .map(|(carrier, place)| {
+                    let joint = |joint: &Guide| {
+                        joint.potential(&joint.frame(t, &at.now.bodies), &place.pose)
+                    };
+                    carrier
+                        .joint()
+                        .map_or_else(|| carrier.potential(t, &place.pose), joint)
+                })
                 .chain(at.points.iter().map(LinkPoint::potential))
                 .sum(),
         ]
@@ -475,9 +567,18 @@ impl Assembly {
 
     /// Largest gap between rod ends and attachments, in radians and rod lengths.
     pub fn drift(&self, at: &Evaluated) -> f64 {
-        let rods = self.links().iter().zip(&at.points);
-        rods.map(|(link, point)| link.apart(point))
-            .fold(0.0, f64::max)
+        let rods = self.links().iter().zip(&at.points).enumerate();
+        rods.map(|(k, (link, point))| {
+            let apart = link.apart(point);
+            match self.jointed(k) {
+                None => apart,
+                Some(rod) => {
+                    let equations = rod.equations(at.integrals.time, &at.now.bodies, point);
+                    apart.max(equations.unbalanced())
+                }
+            }
+        })
+        .fold(0.0, f64::max)
     }
 
     /// Bodies at rest with the given poses.

@@ -8,7 +8,9 @@ use super::network::Assembly;
 use super::rod_element::{EndKind, Link, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Matrix6xX, SMatrix, Vector3, Vector6};
+use nalgebra::{
+    DMatrix, DVector, Isometry3, Matrix3, Matrix6, Matrix6xX, SMatrix, Vector3, Vector6,
+};
 
 /// Transfer of a twist from the reference point of a body to a point `lever` away, along the axes of the world.
 pub(super) fn carried(lever: &Vector3<f64>) -> Matrix6<f64> {
@@ -88,18 +90,9 @@ impl LinkPoint {
         join(&spin, &halves(&twist).1)
     }
 
-    /// Twist of the end attachment relative to the base, along the base's directors, as a function of the twists of
-    /// base and end in the world.
+    /// [`relative_by_twists`] of the attachments.
     pub(super) fn relative_by_twists(&self) -> SMatrix<f64, 6, 12> {
-        let turn = self.base.pose.rotation.to_rotation_matrix();
-        let back = diagonal(&turn.matrix().transpose());
-        let arm = self.tip.pose.translation.vector - self.base.pose.translation.vector;
-        let mut relative = SMatrix::<f64, 6, 12>::zeros();
-        relative
-            .fixed_view_mut::<6, 6>(0, 0)
-            .copy_from(&(-back * carried(&arm)));
-        relative.fixed_view_mut::<6, 6>(0, 6).copy_from(&back);
-        relative
+        relative_by_twists(&self.base.pose, &self.tip.pose)
     }
 
     /// Right-hand side [`LinkPoint::drive`] as a function of the twists of base and end in the world.
@@ -189,6 +182,22 @@ impl LinkPoint {
         let by = self.wrenches_by_chart() * chart + self.wrenches_by_turns();
         Some((by, chart))
     }
+}
+
+/// Twist of the end attachment relative to the base, along the base's directors, as a function of the twists of base
+/// and end in the world.
+pub(super) fn relative_by_twists(
+    base: &Isometry3<f64>,
+    tip: &Isometry3<f64>,
+) -> SMatrix<f64, 6, 12> {
+    let back = diagonal(&base.rotation.to_rotation_matrix().matrix().transpose());
+    let arm = tip.translation.vector - base.translation.vector;
+    let mut relative = SMatrix::<f64, 6, 12>::zeros();
+    relative
+        .fixed_view_mut::<6, 6>(0, 0)
+        .copy_from(&(-back * carried(&arm)));
+    relative.fixed_view_mut::<6, 6>(0, 6).copy_from(&back);
+    relative
 }
 
 /// Linear response of an assembly to small displacements of the bodies.

@@ -1,7 +1,7 @@
 //! Fast layer of a rod after the loss of equilibrium: a flow of the strains (see [`super::landing`]).
 
 use crate::math::se3::join;
-use crate::rod::Fallen;
+use crate::rod::{Fallen, Wrench};
 use crate::section::SectionLaw;
 use crate::solve::dop853::Dop853;
 use crate::viscoelastic::grid::Grid;
@@ -47,7 +47,7 @@ pub(super) fn split(strains: &DVector<f64>) -> Vec<Local<6>> {
 
 impl<const D: usize> RodLayer<D> {
     /// Twist from the held pose of the end to its present pose.
-    fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
+    pub(super) fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
         let turn = (end.rotation * self.held.rotation.inverse()).scaled_axis();
         let all = join(
             &turn,
@@ -104,7 +104,7 @@ impl<const D: usize> RodLayer<D> {
     }
 
     /// Resultants of the load along the rod at its nodes.
-    fn borne(&self, curve: &FramedCurve, nodes: usize) -> Vec<Local<6>> {
+    pub(super) fn borne(&self, curve: &FramedCurve, nodes: usize) -> Vec<Local<6>> {
         match &self.load {
             Some(load) => {
                 Space::<6, D>::new()
@@ -113,6 +113,15 @@ impl<const D: usize> RodLayer<D> {
             }
             None => vec![Local::zeros(); nodes],
         }
+    }
+
+    /// Wrench of the load along the rod about its base.
+    pub(super) fn load_about_base(&self, curve: &FramedCurve) -> Wrench {
+        let loads = self.load.iter().flatten();
+        let nodes = loads.zip(curve.positions()).zip(self.grid.weights());
+        nodes.fold(Wrench::zeros(), |sum, ((f, r), weight)| {
+            sum + join(&(r.cross(f) * *weight), &(f * *weight))
+        })
     }
 
     /// Rates of the strains `e`; None where a law refuses.
@@ -169,27 +178,7 @@ impl<const D: usize> RodLayer<D> {
         push: &DVector<f64>,
         seen: &mut dyn FnMut(&DVector<f64>),
     ) -> Option<DVector<f64>> {
-        let state = start + push;
-        let size = push.norm();
-        let mut slope = state.clone();
-        self.rates(&state, &mut slope)?;
-        let mut solver = Dop853::new(state, slope.clone(), 0.1, TOLERANCE);
-        let mut step = solver.blank();
-        for _ in 0..MOST_STEPS {
-            let taken = solver.step_into(|y, out| self.rates(y, out), 10.0, &mut step);
-            taken.ok()?;
-            seen(solver.state());
-            let away = (solver.state() - start).norm();
-            if away < BACK * size {
-                return None;
-            }
-            if solver.slope().amax() < REST && away > 2.0 * size {
-                let last = solver.state().clone();
-                self.rates(&last, &mut slope)?;
-                return Some(last);
-            }
-        }
-        None
+        fall_from(|y, out| self.rates(y, out), start, push, seen)
     }
 
     /// Energy and shape of the strains `e` in units of the rod, rotated so that a held chord has its held direction.
@@ -231,4 +220,35 @@ impl<const D: usize> RodLayer<D> {
             .chain([*end]);
         Some((energy, sections.map(|at| turn * at).collect()))
     }
+}
+
+/// Rest point of the flow with these `rates` from `start` + `push`; `seen` receives the state after each step. None if
+/// the flow falls back to `start`, or does not settle.
+pub(super) fn fall_from(
+    mut rates: impl FnMut(&DVector<f64>, &mut DVector<f64>) -> Option<()>,
+    start: &DVector<f64>,
+    push: &DVector<f64>,
+    seen: &mut dyn FnMut(&DVector<f64>),
+) -> Option<DVector<f64>> {
+    let state = start + push;
+    let size = push.norm();
+    let mut slope = state.clone();
+    rates(&state, &mut slope)?;
+    let mut solver = Dop853::new(state, slope.clone(), 0.1, TOLERANCE);
+    let mut step = solver.blank();
+    for _ in 0..MOST_STEPS {
+        let taken = solver.step_into(&mut rates, 10.0, &mut step);
+        taken.ok()?;
+        seen(solver.state());
+        let away = (solver.state() - start).norm();
+        if away < BACK * size {
+            return None;
+        }
+        if solver.slope().amax() < REST && away > 2.0 * size {
+            let last = solver.state().clone();
+            rates(&last, &mut slope)?;
+            return Some(last);
+        }
+    }
+    None
 }

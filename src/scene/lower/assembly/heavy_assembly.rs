@@ -1,7 +1,7 @@
 //! Assemblies with the full mass of their rods.
 
 use super::super::heavy::{heavy_law_in_space, unit_point_mass};
-use super::{AssemblySetup, GUESS_TOLERANCE, attachment, vector};
+use super::{AssemblySetup, GUESS_TOLERANCE, attachment, guide, vector};
 use crate::assembly::{Body, Configuration};
 use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
@@ -31,9 +31,12 @@ pub(super) fn heavy(
                 (from, to): (&Site, Option<&Site>)|
      -> Result<HeavyLink> {
         let tie = |site: &Site| -> Result<Tie> {
+            let on = attachment(given, site, scales)?;
+            let guide = guide(&site.joint, on.clone(), scales)?;
             Ok(Tie {
-                on: attachment(given, site, scales)?,
+                on,
                 joint: site.joint.of_rod(),
+                axes: guide.map_or(Vec::new(), |guide| guide.free_axes()),
             })
         };
         let made = || {
@@ -114,9 +117,14 @@ impl AssemblySetup {
             rate: Box::new(|_| Strain::zeros()),
             velocity: None,
         });
+        let solids = self.assembly.solids().len();
+        let joints = self.assembly.carriers().iter().zip(&start.bodies);
+        let joints = joints.filter_map(|(carrier, place)| Some((carrier.joint()?, place)));
+        let joints = joints.flat_map(|(joint, place)| joint.along_axes(&start.bodies, &place.pose));
         Ok(HeavyStart {
-            bodies: start.bodies.clone(),
+            bodies: start.bodies[..solids].to_vec(),
             rods: rods.collect(),
+            joints: joints.collect(),
             settled: !self.unloaded,
             following: true,
         })

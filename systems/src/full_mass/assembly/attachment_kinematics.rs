@@ -1,5 +1,6 @@
 //! Kinematics of attachments: pose, motion with the bodies, and derivatives.
 
+use super::joint_axes::AxisNow;
 use super::{AttachedTo, HeavyAssembly};
 use crate::assembly::{Attachment, Body, BodyMotion};
 use crate::math::se3::{halves, join, unit};
@@ -30,11 +31,15 @@ pub(super) struct Seat {
     /// Twist as a matrix on the velocities of bodies and bases.
     pub by: DMatrix<f64>,
     /// Acceleration at constant velocities of bodies and bases.
-    bias: Vector6<f64>,
+    pub(super) bias: Vector6<f64>,
     /// Twist prescribed by a support, for the power of the support.
     pub driven: Vector6<f64>,
     /// Number of the body, and lever from its reference point.
     on: Option<(usize, Vector3<f64>)>,
+    /// Freedoms of the joint, each with the attachment as it is before that freedom.
+    pub freed: Vec<(AxisNow, Self)>,
+    /// True for a base on a ball joint, whose rotation is its own.
+    spins: bool,
 }
 
 /// Derivatives of twist and acceleration of an attachment by displacements along the velocities, and of the
@@ -91,13 +96,13 @@ fn moved(twists: &Matrix6xX<f64>, lever: &Vector3<f64>) -> Matrix6xX<f64> {
 }
 
 impl HeavyAssembly {
-    /// An attachment. `turn`, for a base on a ball joint: index of its spin among the velocities, quaternion and
-    /// spin.
+    /// An attachment with the freedoms of its joint. `turn`, for a base on a ball joint: index of its spin among the
+    /// velocities, quaternion and spin.
     pub(super) fn seat(
         &self,
         t: f64,
         site: &Attachment,
-        turn: Option<(usize, &[f64])>,
+        (axes, turn): (Vec<AxisNow>, Option<(usize, &[f64])>),
         bodies: &[BodyNow],
     ) -> Seat {
         let mut by = DMatrix::zeros(6, self.layout.free);
@@ -109,6 +114,8 @@ impl HeavyAssembly {
                 driven: Vector6::zeros(),
                 by,
                 on: None,
+                freed: Vec::new(),
+                spins: false,
             },
             AttachedTo::Support(support) => {
                 let frame = support.at(t);
@@ -123,6 +130,8 @@ impl HeavyAssembly {
                     driven: twist,
                     by,
                     on: None,
+                    freed: Vec::new(),
+                    spins: false,
                 }
             }
             AttachedTo::Body(number) => {
@@ -140,10 +149,16 @@ impl HeavyAssembly {
                     driven: Vector6::zeros(),
                     by,
                     on: Some((*number, lever)),
+                    freed: Vec::new(),
+                    spins: false,
                 }
             }
         };
+        for axis in axes {
+            seat = seat.freed(axis);
+        }
         if let Some((start, numbers)) = turn {
+            seat.spins = true;
             let p = Vector4::from_column_slice(&numbers[..4]);
             seat.pose.rotation = unit(&p);
             seat.by.rows_mut(0, 3).fill(0.0);
@@ -171,6 +186,8 @@ impl HeavyAssembly {
             bias: body.bias,
             driven: Vector6::zeros(),
             on: Some((number, Vector3::zeros())),
+            freed: Vec::new(),
+            spins: false,
         }
     }
 
@@ -212,11 +229,18 @@ impl HeavyAssembly {
                 put(&mut velocity, bend * (2.0 * speed));
             }
         }
-        SeatLinear {
+        let mut linear = SeatLinear {
             twist_by_place: twist,
             by_place: place,
             by_velocity: velocity,
+        };
+        for (axis, before) in &seat.freed {
+            linear.free(axis, before, faster);
         }
+        if seat.spins {
+            linear.turn_alone();
+        }
+        linear
     }
 
     /// Adds the derivative by displacements of the generalised force of a constant wrench at an attachment.
@@ -227,14 +251,26 @@ impl HeavyAssembly {
         bodies: &[BodyNow],
         wrench: &Vector6<f64>,
     ) {
-        let Some((number, lever)) = &seat.on else {
+        let (couple, force) = halves(wrench);
+        for (axis, before) in &seat.freed {
+            // d(a.m) = (phi x a).m, d(e.n) = (phi x e).n for the turn phi of the axis.
+            let acts = if axis.turns() { couple } else { force };
+            let turned = axis.along(before).cross(&acts).transpose() * before.by.fixed_rows::<3>(0);
+            let mut row = out.row_mut(axis.velocity);
+            row += turned;
+        }
+        let Some((number, _)) = &seat.on else {
             return;
         };
-        let force = halves(wrench).1;
         let start = self.layout.velocities[*number];
         if self.carriers[*number].turns() {
-            let mut block = out.fixed_view_mut::<3, 3>(start, start);
-            block += force.cross_matrix() * lever.cross_matrix();
+            // d(arm x n) = d(arm) x n.
+            let mut arm = seat.by.fixed_rows::<3>(3).into_owned();
+            let own = bodies[*number].own.fixed_rows::<3>(3);
+            let mut moved = arm.columns_mut(start, own.ncols());
+            moved -= own;
+            let mut block = out.fixed_rows_mut::<3>(start);
+            block -= force.cross_matrix() * arm;
         }
         if let Some((bend, _)) = &bodies[*number].bend {
             let last = start + bodies[*number].own.ncols() - 1;

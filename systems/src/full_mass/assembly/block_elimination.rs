@@ -142,6 +142,11 @@ impl HeavyAssembly {
             free[2] += seat.by.tr_mul(&(linear.by_acceleration * &seat.by));
             self.add_lever(&mut free[0], &seat, &at.bodies, wrench);
         }
+        for axis in at.all_axes() {
+            let (z, law) = (axis.velocity, &axis.axis.law);
+            free[0][(z, z)] += law.stiffness;
+            free[1][(z, z)] += law.damping;
+        }
         let mut found: Vec<Derivatives> = Vec::with_capacity(self.links.len());
         let mut columns: [Vec<_>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for (k, (link, (from, to))) in self.links.iter().zip(&at.seats).enumerate() {

@@ -111,10 +111,13 @@ impl HeavyAssembly {
         let strains: Vec<_> = rods.map(|k| self.strains(&y, k).to_vec()).collect();
         let still: Vec<_> = strains.iter().map(|q| vec![0.0; q.len()]).collect();
         let found = listed.state(&places, &bases, &strains, &still);
+        let found = listed.with_joints_at(found, &self.joints_at(&y));
         let found = listed.following(&found, twists)?;
         let (to, from) = (&self.layout, &listed.layout);
         let bodies = to.bodies.iter().zip(&from.bodies);
         let turns = to.turns.iter().zip(&from.turns);
+        let joints = to.joints.iter().flatten().zip(from.joints.iter().flatten());
+        let turns = turns.chain(joints);
         for (to, from) in bodies.chain(turns).chain(to.rates.iter().zip(&from.rates)) {
             y.as_mut_slice()[to.clone()].copy_from_slice(&found.as_slice()[from.clone()]);
         }
@@ -142,7 +145,7 @@ impl HeavyAssembly {
             Ok(HeavyLink {
                 rod: HeavyRod::new(given, link.rod.sections.grid.clone())?,
                 from: link.from.clone(),
-                to: Some(Tie { on, joint }),
+                to: Some(Tie::new(on, joint)),
             })
         });
         let links = links.collect::<Result<_>>()?;

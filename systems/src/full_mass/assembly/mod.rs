@@ -1,9 +1,9 @@
 //! Rods with mass, one or several, between bodies, the ground and moving supports.
 //!
 //! Bodies have their poses, rods their strains, counted from the attachment of the base; a base on a ball joint has
-//! a rotation of its own. A far end is tied to its attachment by a constraint, whose multiplier is the wrench at the
-//! end. Let z be the velocities of the bodies (and of the free bases) and q_k the strains. D'Alembert's principle and
-//! the constraints, differentiated twice, are
+//! a rotation of its own, a joint with axes its angles and shifts. A far end is tied to its attachment by a constraint,
+//! whose multiplier is the wrench at the end. Let z be the velocities of the bodies (and of the free bases and the
+//! joints) and q_k the strains. D'Alembert's principle and the constraints, differentiated twice, are
 //! ```text
 //! rod k:    J_k^T w_k + weights (dW/de + D) - E_k^T l_k = 0,
 //! bodies:   masses - loads + sum_k S_k^T (wrench on the base of rod k) + sum_k P_k^T l_k = 0,
@@ -16,7 +16,7 @@
 //! multipliers. A single rod on its clamp is an assembly of one such rod, seen from the clamp.
 //!
 //! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with its ties.
-//! * `attachment_kinematics`: attachments, their motion and its derivatives.
+//! * `attachment_kinematics`: attachments, their motion and its derivatives. `joint_axes`: the freedoms of joints.
 //! * `block_elimination`: derivatives of the balance, block by block, and their elimination rod by rod.
 //! * `system`: the differential equations. `statics`: equilibria near a state; ends brought back to their attachments.
 //!   `downhill`: stable equilibria of rods with free ends. `following`: rates tangent to the equilibria.
@@ -26,12 +26,13 @@ mod attachment_kinematics;
 mod block_elimination;
 mod downhill;
 mod following;
+mod joint_axes;
 mod statics;
 mod system;
 mod vibrations;
 
 use super::rod::{Balance, HeavyRod, RodState, RodSupport};
-use crate::assembly::{AttachedTo, Attachment, Body, BodyMotion, Joint, Tube};
+use crate::assembly::{AttachedTo, Attachment, Body, BodyMotion, FreeAxis, Joint, Tube};
 use crate::body::{EndMotion, RigidBody};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
@@ -51,8 +52,10 @@ const FREE_BASE: f64 = 1e-30;
 pub struct Tie {
     /// The attachment.
     pub on: Attachment,
-    /// Weld or ball joint.
+    /// Joint of the rod to what the axes carry; without axes, to the attachment.
     pub joint: Joint,
+    /// Freedoms of a joint with axes, from the attachment to the rod.
+    pub axes: Vec<FreeAxis>,
 }
 
 /// A rod with mass and its ties.
@@ -87,7 +90,10 @@ struct Layout {
     turning: Vec<Option<usize>>,
     /// Quaternion and spin of each base on a ball joint.
     turns: Vec<Range<usize>>,
-    /// Number of velocities of bodies and bases.
+    /// Coordinates and rates of the joints with axes at base and end of each rod; and their first velocity, if any.
+    joints: Vec<[Range<usize>; 2]>,
+    sliding: Vec<[Option<usize>; 2]>,
+    /// Number of velocities of bodies, bases and joints.
     free: usize,
     strains: Vec<Range<usize>>,
     rates: Vec<Range<usize>>,
@@ -127,6 +133,15 @@ pub struct HeavyBalance {
 }
 
 impl Tie {
+    /// A weld or ball joint.
+    pub fn new(on: Attachment, joint: Joint) -> Self {
+        Self {
+            on,
+            joint,
+            axes: Vec::new(),
+        }
+    }
+
     fn rows(&self) -> Range<usize> {
         self.joint.held()
     }
@@ -137,14 +152,24 @@ impl Tie {
 
     /// True if the end moves by itself, or with a body.
     fn moves(&self) -> bool {
-        self.turns() || matches!(self.on.on, AttachedTo::Body(_))
+        self.turns() || !self.axes.is_empty() || matches!(self.on.on, AttachedTo::Body(_))
+    }
+
+    /// True if the rod turns about an axis or freely.
+    fn is_turning(&self) -> bool {
+        self.turns() || self.axes.iter().any(|axis| axis.turns)
     }
 }
 
 impl HeavyLink {
     /// Ties of both ends.
-    fn ties(&self) -> impl Iterator<Item = &Tie> {
+    pub fn ties(&self) -> impl Iterator<Item = &Tie> {
         std::iter::once(&self.from).chain(&self.to)
+    }
+
+    /// Tie of the base (0) or of the end (1); `None` for a free end.
+    fn tie(&self, end: usize) -> Option<&Tie> {
+        self.ties().nth(end)
     }
 }
 
@@ -154,10 +179,7 @@ impl HeavyAssembly {
     /// # Errors
     /// None that is known of.
     pub fn of_rod(rod: HeavyRod) -> Result<Self> {
-        let from = Tie {
-            on: Attachment::ground(Isometry3::identity()),
-            joint: Joint::Weld,
-        };
+        let from = Tie::new(Attachment::ground(Isometry3::identity()), Joint::Weld);
         let to = None;
         Self::new(Vec::new(), vec![HeavyLink { rod, from, to }])
     }
@@ -170,10 +192,7 @@ impl HeavyAssembly {
     pub fn of_free_rod(rod: HeavyRod) -> Result<Self> {
         let inertia = Matrix3::from_diagonal_element(FREE_BASE);
         let base = Body::rigid(RigidBody::new(FREE_BASE, inertia)?).named("base".to_owned());
-        let from = Tie {
-            on: Attachment::body(0, Isometry3::identity()),
-            joint: Joint::Weld,
-        };
+        let from = Tie::new(Attachment::body(0, Isometry3::identity()), Joint::Weld);
         let to = None;
         Self::new(vec![base], vec![HeavyLink { rod, from, to }])
     }
@@ -221,7 +240,7 @@ impl HeavyAssembly {
             }
         }
         let links = links.into_iter().map(|link| HeavyLink {
-            rod: if link.from.turns() {
+            rod: if link.from.is_turning() {
                 link.rod.on_hinge()
             } else if link.from.moves() {
                 link.rod
@@ -283,7 +302,8 @@ impl HeavyAssembly {
     }
 
     /// State at time 0 from poses and twists of the bodies, rotations in the world of the bases on ball joints,
-    /// strains and rates. Maxwell branches carry no load.
+    /// strains and rates. Maxwell branches carry no load. Joints with axes are at their coordinates 0, at rest
+    /// ([`HeavyAssembly::with_joints_at`]).
     pub fn state(
         &self,
         bodies: &[BodyMotion],
@@ -309,6 +329,24 @@ impl HeavyAssembly {
             }
         }
         y
+    }
+
+    /// The state with the coordinates of all joints with axes: rod by rod, the base before the end, axis by axis.
+    #[must_use]
+    pub fn with_joints_at(&self, mut y: DVector<f64>, coordinates: &[f64]) -> DVector<f64> {
+        let ranges = self.layout.joints.iter().flatten();
+        let slots = ranges.flat_map(|range| range.start..range.start + range.len() / 2);
+        for (slot, x) in slots.zip(coordinates) {
+            y[slot] = *x;
+        }
+        y
+    }
+
+    /// Coordinates of all joints with axes in a state, in the order of [`HeavyAssembly::with_joints_at`].
+    pub fn joints_at(&self, y: &DVector<f64>) -> Vec<f64> {
+        let ranges = self.layout.joints.iter().flatten();
+        let slots = ranges.flat_map(|range| range.start..range.start + range.len() / 2);
+        slots.map(|slot| y[slot]).collect()
     }
 
     /// Relaxes the Maxwell branches at the strains `at` (coordinates, rod by rod), or at the rod's own strains if None.
@@ -376,9 +414,10 @@ impl HeavyAssembly {
         let mut rods = Vec::with_capacity(self.links.len());
         for (k, link) in self.links.iter().enumerate() {
             let turn = layout.turning[k].map(|z| (z, &numbers[layout.turns[k].clone()]));
-            let from = self.seat(t, &link.from.on, turn, &bodies);
+            let [base, end] = [0, 1].map(|end| self.axes(k, end, numbers));
+            let from = self.seat(t, &link.from.on, (base, turn), &bodies);
             let to = link.to.as_ref();
-            let to = to.map(|tie| self.seat(t, &tie.on, None, &bodies));
+            let to = to.map(|tie| self.seat(t, &tie.on, (end, None), &bodies));
             let [q, w] = [&layout.strains[k], &layout.rates[k]].map(|r| &numbers[r.clone()]);
             let moving = link.rod.moving_from(&from.pose, &from.twist, q, w)?;
             let dashpots = &numbers[layout.dashpots[k].clone()];
@@ -436,6 +475,11 @@ impl HeavyAssembly {
             }
             rods.push(balance);
         }
+        for axis in at.all_axes() {
+            let law = &axis.axis.law;
+            free[axis.velocity] -= law.at(axis.at) - law.damping * axis.rate;
+            powers[0] += law.damping * axis.rate * axis.rate;
+        }
         let mut wrenches = Vec::with_capacity(self.carriers.len());
         for ((carrier, body), start) in self.carriers.iter().zip(&at.bodies).zip(&layout.velocities)
         {
@@ -483,6 +527,7 @@ impl HeavyAssembly {
             sums[3] += link.rod.potential(at.t, moving);
             lost.push(density);
         }
+        sums[3] += at.joint_potential();
         Some((sums, lost))
     }
 
@@ -622,6 +667,11 @@ impl Layout {
         let bodies = bodies.collect();
         let spare = |link: &HeavyLink, size: usize| if link.from.turns() { size } else { 0 };
         let turns = links.iter().map(|link| range(spare(link, 7))).collect();
+        let free_axes = |link: &HeavyLink, end| link.tie(end).map_or(0, |tie| tie.axes.len());
+        let joints = links
+            .iter()
+            .map(|link| [0, 1].map(|end| range(2 * free_axes(link, end))));
+        let joints = joints.collect();
         let strains = links.iter().map(|link| range(link.rod.size())).collect();
         let rates = links.iter().map(|link| range(link.rod.size())).collect();
         let dashpots = links.iter().map(|link| range(link.rod.memory.numbers()));
@@ -638,6 +688,14 @@ impl Layout {
             link.from.turns().then(|| free - 3)
         });
         let turning = turning.collect();
+        let sliding = links.iter().map(|link| {
+            [0, 1].map(|end| {
+                let axes = free_axes(link, end);
+                free += axes;
+                (axes > 0).then(|| free - axes)
+            })
+        });
+        let sliding = sliding.collect();
         let mut next = free;
         let mut range = |size: usize| {
             next += size;
@@ -651,6 +709,8 @@ impl Layout {
             velocities,
             turning,
             turns,
+            joints,
+            sliding,
             free,
             strains,
             rates,

@@ -83,6 +83,14 @@ impl HeavyAssembly {
                 places.velocities.push((range.start + 4, *z..z + 3));
             }
         }
+        let joints = layout.joints.iter().zip(&layout.sliding);
+        for (range, z) in joints.flat_map(|(ranges, first)| ranges.iter().zip(first)) {
+            if let Some(z) = z {
+                let axes = range.len() / 2;
+                places.shifts.push((range.start, *z..z + axes));
+                places.velocities.push((range.start + axes, *z..z + axes));
+            }
+        }
         places
     }
 

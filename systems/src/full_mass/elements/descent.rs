@@ -157,14 +157,10 @@ fn tie(assembly: &Assembly, link: &Link, on: &Attachment, joint: Joint) -> Optio
     let in_plane = link.bending_director().is_some();
     let node = on.carried_by().map(|body| &assembly.carriers()[body]);
     match node.and_then(Body::joint) {
-        None => Some(Tie {
-            on: on.clone(),
-            joint,
-        }),
-        Some(guide) => guide.turns_freely(in_plane).then(|| Tie {
-            on: guide.on().clone(),
-            joint: Joint::Ball,
-        }),
+        None => Some(Tie::new(on.clone(), joint)),
+        Some(guide) => {
+            (guide.turns_freely(in_plane)).then(|| Tie::new(guide.on().clone(), Joint::Ball))
+        }
     }
 }
 

@@ -13,6 +13,7 @@
 mod block_lu;
 mod descent;
 mod linear;
+mod refined;
 mod sample;
 mod strain_at_point;
 mod system;
@@ -22,7 +23,6 @@ pub use linear::{ElementFactor, ElementLinear};
 pub use system::{ElementMoment, INTEGRALS};
 
 use super::assembly::{HeavyAssembly, Tie};
-use super::frames::Curve;
 use super::law::Law;
 use super::rod::RodDescription;
 use crate::assembly::{AttachedTo, BodyMotion};
@@ -89,6 +89,8 @@ struct Table {
     slopes: Vec<Vec<f64>>,
     /// Nodes on [0, 1].
     nodes: Vec<f64>,
+    /// Slopes of the polynomials at the nodes: rows are nodes, columns polynomials.
+    at_nodes: Vec<Vec<f64>>,
     /// Last two Legendre coefficients of the polynomial through values at the nodes.
     tails: [Vec<f64>; 2],
 }
@@ -113,6 +115,8 @@ struct ElementRod {
     places: Vec<f64>,
     /// Springs of the strains held rigid.
     springs: Vec<(usize, f64)>,
+    /// True if something holds or rides on the end.
+    is_held: bool,
 }
 
 /// Numbers of elements between the breaks of the rods, and their degree.
@@ -185,6 +189,9 @@ impl Table {
             values: at(&value),
             slopes: at(&slope),
             tails: [tail(degree - 1), tail(degree)],
+            at_nodes: (nodes.iter())
+                .map(|x| (0..=degree).map(|i| slope(*x, i)).collect())
+                .collect(),
             points: rule.nodes,
             weights: rule.weights,
             nodes,
@@ -212,10 +219,13 @@ impl ElementAssembly {
     /// The bodies and rods of `given` on a mesh.
     ///
     /// # Errors
-    /// Grooves, Maxwell branches, contacts: what elements do not follow.
+    /// Grooves, joints with axes, Maxwell branches: what elements do not follow.
     pub fn new(given: &HeavyAssembly, mesh: Mesh) -> Result<Self> {
         if given.carriers.iter().any(|body| body.groove().is_some()) {
             return Err(only_strains("bodies in grooves"));
+        }
+        if given.has_joint_axes() {
+            return Err(only_strains("joints with axes"));
         }
         let table = Arc::new(Table::new(mesh.degree));
         let mut made = Self {
@@ -266,9 +276,6 @@ impl ElementAssembly {
         if !law.branches().is_empty() {
             return Err(only_strains("Maxwell branches"));
         }
-        if given.curve == Curve::Plane {
-            return Err(only_strains("planar rods that only bend"));
-        }
         let degree = self.mesh.degree;
         let breaks = given.breaks();
         let ends: Vec<f64> = [0.0].iter().chain(&breaks).chain(&[1.0]).copied().collect();
@@ -302,9 +309,11 @@ impl ElementAssembly {
         }
         let last = places.len() - 1;
         let mut nodes = Vec::with_capacity(places.len());
+        let mut base = from.clone();
+        base.on.place = given.curve.base(&base.on.place);
         for (i, parts) in parts.iter().enumerate() {
             let tie = match i {
-                0 => Some(from),
+                0 => Some(&base),
                 _ if i == last => to,
                 _ => None,
             };
@@ -322,6 +331,7 @@ impl ElementAssembly {
             nodes,
             places,
             springs,
+            is_held: to.is_some(),
         });
         Ok(())
     }

@@ -5,10 +5,10 @@ use super::{Element, ElementAssembly, ElementMoment, ElementRod, Freedoms};
 use crate::assembly::BodyMotion;
 use crate::math::se3::{Turn, unit};
 use crate::section::Strain;
-use nalgebra::{DVector, Isometry3, Vector3, Vector6};
+use nalgebra::{Isometry3, Vector3, Vector6};
 
 /// Polynomial of Lagrange through `nodes` at x: values of the basis.
-fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
+pub(super) fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
     let value = |i: usize| -> f64 {
         let others = (0..nodes.len()).filter(|j| *j != i);
         others
@@ -16,6 +16,14 @@ fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
             .product()
     };
     (0..nodes.len()).map(value).collect()
+}
+
+/// Sum of the vectors with their weights.
+fn weighted(weights: &[f64], vectors: &[Vector3<f64>]) -> Vector3<f64> {
+    let pairs = weights.iter().zip(vectors);
+    pairs.fold(Vector3::zeros(), |sum, (weight, vector)| {
+        sum + vector * *weight
+    })
 }
 
 impl ElementRod {
@@ -39,6 +47,26 @@ impl ElementAssembly {
             turn += node.turn * value;
         }
         Isometry3::from_parts(position.into(), unit(&turn))
+    }
+
+    /// Centreline r of rod `k` at the arclength s of the unloaded rod, with dr/ds and d2r/ds2.
+    pub fn centreline(&self, at: &ElementMoment, k: usize, s: f64) -> [Vector3<f64>; 3] {
+        let rod = &self.rods[k];
+        let (number, x) = rod.element_at(s / rod.law().length());
+        let element = &rod.elements[number];
+        let over = 1.0 / rod.length(element);
+        let places: Vec<Vector3<f64>> = (at.nodes[k][element.nodes.clone()].iter())
+            .map(|node| node.position)
+            .collect();
+        // Derivatives at the nodes are polynomials of the nodes' values, interpolated as the values are.
+        let derived = |values: &[Vector3<f64>]| -> Vec<Vector3<f64>> {
+            let rows = self.table.at_nodes.iter();
+            rows.map(|row| weighted(row, values) * over).collect()
+        };
+        let slopes = derived(&places);
+        let bends = derived(&slopes);
+        let basis = lagrange(&self.table.nodes, x);
+        [places, slopes, bends].map(|values| weighted(&basis, &values))
     }
 
     /// Motion of the end of rod `k`.
@@ -183,40 +211,22 @@ impl ElementAssembly {
         self.rods.iter().enumerate().map(of).collect()
     }
 
-    /// A state on another mesh.
-    pub fn carried(&self, from: &Self, y: &DVector<f64>) -> Option<DVector<f64>> {
-        let at = from.moment(y)?;
-        let bodies = from.motions(&at);
-        let rods: Vec<Vec<BodyMotion>> = self
-            .rods
-            .iter()
-            .enumerate()
-            .map(|(k, rod)| {
-                rod.places
-                    .iter()
-                    .map(|s| from.motion_at(&at, k, *s))
-                    .collect()
-            })
-            .collect();
-        let mut state = self.state(&bodies, &rods);
-        let (old, new) = (from.time(), self.time());
-        for i in 0..super::INTEGRALS {
-            state[new + i] = y[old + i];
-        }
-        Some(state)
+    /// (angular velocity, velocity) of the section of rod `k` at s in [0, 1], interpolated between the nodes.
+    pub(super) fn twist_at(&self, at: &ElementMoment, k: usize, s: f64) -> Vector6<f64> {
+        let (number, x) = self.rods[k].element_at(s);
+        let nodes = &at.nodes[k][self.rods[k].elements[number].nodes.clone()];
+        let values = lagrange(&self.table.nodes, x);
+        let parts = nodes.iter().zip(values);
+        parts.fold(Vector6::zeros(), |sum, (node, value)| {
+            sum + node.motion().twist * value
+        })
     }
 
     /// Motion of the section of rod `k` at s in [0, 1], interpolated between the nodes.
     pub fn motion_at(&self, at: &ElementMoment, k: usize, s: f64) -> BodyMotion {
-        let (number, x) = self.rods[k].element_at(s);
-        let nodes = &at.nodes[k][self.rods[k].elements[number].nodes.clone()];
-        let mut twist = Vector6::zeros();
-        for (node, value) in nodes.iter().zip(lagrange(&self.table.nodes, x)) {
-            twist += node.motion().twist * value;
-        }
         BodyMotion {
             pose: self.section(at, k, s),
-            twist,
+            twist: self.twist_at(at, k, s),
         }
     }
 
