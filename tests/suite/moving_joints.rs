@@ -55,7 +55,7 @@ fn near(found: f64, wanted: f64, to: f64, what: &str) {
     );
 }
 
-/// The frequency among those of a scene that is nearest to `wanted`.
+/// The frequency of a scene nearest to `wanted`.
 fn among(found: &[f64], wanted: f64, to: f64, what: &str) {
     let nearest = found.iter().copied().min_by(|a, b| {
         let off = |x: &f64| (x - wanted).abs();
@@ -262,7 +262,7 @@ fn toggle(joint: &str, more: &str) -> String {
     text.replacen("length = 1.0", &format!("length = 1.0\n{more}"), 1)
 }
 
-/// The same strip begun at the block.
+/// The strip of the scene begun at the block.
 fn reversed(text: &str) -> String {
     let first = text
         .find("to = { body = \"block\", rotation")

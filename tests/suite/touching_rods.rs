@@ -400,7 +400,7 @@ fn ring_between_plates() {
         touches: Vec::new(),
     };
     for [height, curvature, force, energy] in rows {
-        // This ring lies below its weld.
+        // The ring lies below the weld.
         let found = among(problem.clone(), vec![plane(-height, 1.0)]).solve(Some(&free));
         let found = found.expect("an equilibrium");
         near("force", found.touches[0].reaction, force, 1e-10);

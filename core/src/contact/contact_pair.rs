@@ -58,7 +58,7 @@ impl Axis {
 
 /// Largest sine of the angle between two parallel axes.
 const PARALLEL: f64 = 1e-7;
-/// Largest sine of the tilt of a cylinder that stands on its end.
+/// Largest sine of the tilt of a standing cylinder.
 const UPRIGHT: f64 = 1e-7;
 
 impl ContactPair {

@@ -24,7 +24,12 @@ use nalgebra::Vector3;
 const SHOWN: usize = 12;
 
 /// Refuses what branches among obstacles do not have.
-fn check(wanted: &Continue) -> Result<()> {
+fn check(scene: &Scene, wanted: &Continue) -> Result<()> {
+    if !scene.stations.is_empty() {
+        return Err(Error::domain(
+            "branches of a rod among obstacles have no columns of stations yet: leave out [[station]], or use `snaprod equilibrium`, which has them",
+        ));
+    }
     let asked = [
         (wanted.switch, "switch"),
         (wanted.deflate, "deflate"),
@@ -48,7 +53,7 @@ pub(super) fn branch(
     wanted: &Continue,
     hooks: &mut dyn Hooks,
 ) -> Result<BranchRecord> {
-    check(wanted)?;
+    check(scene, wanted)?;
     let (_, among, first) = contact::touched(&scene.with(&wanted.parameter, wanted.from))?;
     let at = |p: f64| {
         let there = scene.with(&wanted.parameter, p).contact_problem()?;

@@ -83,7 +83,7 @@ impl RodsAtRest {
     ) -> Result<Self> {
         let rods: Vec<Option<RodOfKnownMass>> = (0..assembly.links().len())
             .map(|k| {
-                // A rod whose joints have axes vibrates with them.
+                // Joints with axes change the vibrations of a rod.
                 if assembly.is_jointed(k) {
                     return Ok(None);
                 }

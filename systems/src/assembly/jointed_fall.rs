@@ -162,7 +162,7 @@ impl Assembly {
         })
     }
 
-    /// Energy of rod `k`, of the load along it and of its joints.
+    /// Energy of rod `k`, of the load along the rod and of the joints at both ends.
     fn energy_of_rod(&self, k: usize, at: &Evaluated) -> f64 {
         let (t, bodies) = (at.integrals.time, &at.now.bodies);
         let rod = self.jointed(k);

@@ -26,7 +26,7 @@ pub(super) const UNKNOWNS: usize = 12;
 const STEPS: usize = 30;
 const SHORT: f64 = 1e-13;
 
-/// A rod with the nodes that the joints at its ends carry.
+/// A rod with the nodes of the joints at both ends.
 pub(super) struct JointedRod<'a> {
     pub link: &'a Link,
     /// For base and end: the node's number, its joint, and the index of its first coordinate among those of the rod.

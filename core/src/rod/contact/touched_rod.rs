@@ -45,7 +45,7 @@ pub(super) struct Stretch<const K: usize> {
     pub(super) steps: Vec<Step<Moving<K>>>,
 }
 
-/// A rod with what acts on it along its length, in its own units and seen from its clamp.
+/// A rod with the loads along the rod, in units of the rod and in the clamp's frame.
 #[derive(Clone, Copy)]
 pub(super) struct LoadedRod<'a> {
     pub(super) law: &'a ScaledLaw,

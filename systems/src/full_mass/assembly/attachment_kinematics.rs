@@ -38,7 +38,7 @@ pub(super) struct Seat {
     on: Option<(usize, Vector3<f64>)>,
     /// Freedoms of the joint, each with the attachment as it is before that freedom.
     pub freed: Vec<(AxisNow, Self)>,
-    /// True for a base on a ball joint, whose rotation is its own.
+    /// True for a base on a ball joint, which turns freely.
     spins: bool,
 }
 
