@@ -3,6 +3,7 @@
 mod checks;
 mod message;
 
+pub use checks::{AXES, RESULTANTS, STRAINS, marked_strains, named};
 pub(crate) use checks::{check_finite, check_positive};
 pub use message::{InUnits, Message, Quantity};
 

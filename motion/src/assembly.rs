@@ -102,7 +102,7 @@ impl StateVector {
 
 /// Event that follows the last reported step.
 #[derive(Debug, Clone)]
-enum Pending {
+enum AssemblyPending {
     /// Folds, with the uncertainty of their time; or a branch point of one rod.
     Fold(f64, Option<Crossing>),
     /// End of the run.
@@ -144,7 +144,7 @@ pub struct AssemblyRun {
     /// Rods on the way to a branch point without a push. Time is not slowed for these rods.
     unpushed: Vec<usize>,
     /// Event that the last step has led to.
-    pending: Option<Pending>,
+    pending: Option<AssemblyPending>,
     /// Rods whose mass begins (true) or ceases to act at the end of the last step, if known.
     due: Option<Vec<(usize, bool)>>,
     /// Margin of the criteria for an acting mass at the end of the last step, if known.
@@ -232,8 +232,9 @@ impl AssemblyRun {
                 let nearest = |a: &usize, b: &usize| watch[*a].det.abs().total_cmp(&watch[*b].det.abs());
                 let rod = (0..links).min_by(nearest).unwrap_or(0);
                 Error::ill_conditioned(format!(
-                    "{} stands exactly at a fold at the start, as a straight rod that cannot stretch does; let it stretch (an axial \
-                     stiffness), start it bent (an equilibrium under a load, settled = true), or give it friction (damping)",
+                    "{} stands exactly at a fold at the start, as a straight rod that cannot stretch does, or hangs so slack that its end says \
+                     too little of its forces; let it stretch (an axial stiffness), start it bent, give it its mass in full (inertia = \"full\"), or \
+                     friction (damping)",
                     assembly.rod_name(rod)
                 ))
             })?;
@@ -277,7 +278,7 @@ impl AssemblyRun {
             snaps: 0,
             folded: Vec::new(),
             unpushed: Vec::new(),
-            pending: leaves.map(|body| Pending::Stop(Outcome::GrooveEnd(body))),
+            pending: leaves.map(|body| AssemblyPending::Stop(Outcome::GrooveEnd(body))),
             due: None,
             room: None,
             unfit: vec![false; links],
@@ -511,7 +512,7 @@ impl AssemblyRun {
         let others = (!rods.is_empty()).then_some(SlowedTime { rods });
         self.pending = others
             .is_some()
-            .then_some(Pending::Fold(snap.time_error, None));
+            .then_some(AssemblyPending::Fold(snap.time_error, None));
         self.resume(state, others, h)
             .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
         self.solver.refit();
@@ -523,7 +524,7 @@ impl AssemblyRun {
             self.near = Nearness::at(&self.assembly, state.time(), &now);
             let touching = self.near.contact.filter(|contact| contact.gap < 0.0);
             if let Some(contact) = touching {
-                self.pending = Some(Pending::Stop(Outcome::SelfContact(contact)));
+                self.pending = Some(AssemblyPending::Stop(Outcome::SelfContact(contact)));
             }
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Events of a run, and the reasons for its end.
 
 use super::contact::ContactEvent;
+use super::run::RodTouch;
 use super::snap::Snap;
 use super::viscoelastic::Layer;
 use nalgebra::DVector;
@@ -93,6 +94,8 @@ pub enum Outcome {
     GrooveEnd(usize),
     /// A rod touches itself or another rod.
     SelfContact(Contact),
+    /// A rod touches an obstacle, and the contact of rods in motion is not followed.
+    RodTouch(RodTouch),
     /// The bound on steps was reached.
     StepLimit,
     /// The bound on snaps was reached.
@@ -111,8 +114,8 @@ impl Outcome {
         Self::Stuck(Stuck::new(at, cause, remedy))
     }
 
-    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, step_limit,
-    /// snap_limit, impact_limit, stuck, interrupted.
+    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, rod_touch,
+    /// step_limit, snap_limit, impact_limit, stuck, interrupted.
     pub fn key(&self) -> &'static str {
         match self {
             Self::EndOfTime => "end_of_time",
@@ -120,6 +123,7 @@ impl Outcome {
             Self::Branched(_) => "branched",
             Self::GrooveEnd(_) => "groove_end",
             Self::SelfContact(_) => "self_contact",
+            Self::RodTouch(_) => "rod_touch",
             Self::StepLimit => "step_limit",
             Self::SnapLimit => "snap_limit",
             Self::ImpactLimit => "impact_limit",
@@ -149,6 +153,10 @@ impl std::fmt::Display for Outcome {
             Self::SelfContact(_) => f.write_str(
                 "a rod touches itself or another; contact forces are not modelled; to ignore contact, leave the \
                  contact diameter out",
+            ),
+            Self::RodTouch(_) => f.write_str(
+                "the rod touches an obstacle; in motion the contact of bodies is followed, and not yet that of rods; write rods = \"none\" in \
+                 [contact] to let rods pass through obstacles",
             ),
             Self::StepLimit => f.write_str("the bound max_steps was reached"),
             Self::SnapLimit => f.write_str("the bound max_snaps was reached"),

@@ -1,10 +1,14 @@
 //! Runs of an elastic rod as an iterator: motion on a sheet, snap at the fold, motion on the next sheet.
 
+mod contacts;
 mod elastica;
 mod first_order_mass;
+mod rod_gap;
 
+pub use contacts::{AmongObstacles, RodTouch};
 pub use elastica::on_elastica;
 
+use super::contact::ContactSample;
 use super::drive::{Motion, StateVariables};
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
@@ -34,6 +38,8 @@ pub struct Sample<const N: usize> {
     pub index: usize,
     /// Ledger.
     pub ledger: Ledger,
+    /// Contacts; None without obstacles.
+    pub contact: Option<ContactSample>,
 }
 
 /// Steps between two estimates of the remaining number of steps.
@@ -51,6 +57,8 @@ pub struct Run<'a, M, const N: usize> {
     body: &'a PointMass<N>,
     options: Options,
     motion: OnSheet<'a, M, N>,
+    /// Contacts with obstacles; None without obstacles.
+    contacts: Option<contacts::RunContacts<'a, N>>,
     /// True while the motion feels the mass of the rod.
     followed: bool,
     /// Value of `followed` from the end of the last step on, if known.
@@ -126,8 +134,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     ) -> Result<Self> {
         if !phase.v.iter().all(|v| v.is_finite()) {
             return Err(Error::domain(format!(
-                "the velocity {:?} must be finite",
-                phase.v.as_slice()
+                "the velocity {} must be finite",
+                snaprod_systems::error::named(&snaprod_systems::error::AXES, phase.v.as_slice())
             )));
         }
         manifold.check_resolution(&phase.q)?;
@@ -152,6 +160,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             body,
             options,
             motion: OnSheet::new(manifold, body, phase, orientation, rod, &options)?,
+            contacts: None,
             followed: rod.is_some(),
             due: None,
             room: None,
@@ -183,12 +192,17 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// The run that follows from `snap`, one of those of [`Outcome::Branched`].
     ///
     /// # Errors
-    /// A snap whose landing is no chart point of the manifold of the run.
+    /// A snap whose landing is no chart point of the manifold of the run; a run among obstacles.
     pub fn branch(&self, snap: &Snap) -> Result<Self> {
+        if self.contacts.is_some() {
+            return Err(Error::domain(
+                "a run among obstacles does not branch: choose one landing",
+            ));
+        }
         if snap.to.q.len() != N {
             return Err(Error::domain(format!(
-                "the snap lands at the chart point {:?}, which is none of this manifold",
-                snap.to.q.as_slice()
+                "the snap lands at a chart point of {} numbers; this manifold has {N}",
+                snap.to.q.len()
             )));
         }
         let phase = Phase {
@@ -285,7 +299,11 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let mut ledger = Ledger::new(self.body, &at, &phase, self.snapped);
         ledger.rod_kinetic = kinetic;
         ledger.potential += potential;
+        let [lost, struck] = self.of_impacts();
+        ledger.dissipated += lost;
+        ledger.work += struck;
         Sample {
+            contact: self.contact_sample(&phase),
             phase,
             pose: at.pose,
             force: at.force,
@@ -413,6 +431,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             &self.options,
         )?;
         self.outward = self.motion.moves_outward();
+        self.settle_contacts()?;
         Ok(Event::Snap(snap))
     }
 }
@@ -428,8 +447,10 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
         if self.stopped {
             return None;
         }
-        if let Some(event) = self.found.take() {
-            return Some(event);
+        match self.found.take() {
+            Some(Event::Stop(outcome)) => return Some(self.stop(outcome)),
+            Some(event) => return Some(event),
+            None => {}
         }
         if self.interrupted {
             return Some(self.stop(Outcome::Interrupted));
@@ -441,6 +462,16 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                     "change the start a little, or the landing rule",
                 )
             }));
+        }
+        match self.contact_event() {
+            Some(Ok(event)) => return Some(event),
+            Some(Err(why)) => {
+                return Some(self.stuck(
+                    Cause::Failed(why),
+                    "change the obstacles, the start or the friction a little",
+                ));
+            }
+            None => {}
         }
         let from = self.time();
         if self.early.is_some() && !self.announced {
@@ -502,10 +533,21 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                  that the force has no bound): start with less speed, or a little beside it (kappa in [start])",
             ));
         };
+        let progress = match self.look_for_contact(progress) {
+            Ok(progress) => progress,
+            Err(why) => {
+                return Some(self.stuck(
+                    Cause::Failed(why),
+                    "change the obstacles, the start or the friction a little",
+                ));
+            }
+        };
         if let Progress::Fold { time_error } = progress {
             self.pending = Some(time_error);
         }
-        self.found = self.bounce().map(Event::Bounce);
+        if self.found.is_none() {
+            self.found = self.bounce().map(Event::Bounce);
+        }
         Some(Event::Step {
             from,
             to: self.time(),

@@ -9,6 +9,7 @@
 //! and walls tau runs like t.
 
 mod beam_with_mass;
+mod contacts;
 mod fast_oscillation;
 mod in_step_events;
 mod multi_period;
@@ -19,7 +20,9 @@ use super::body_with_rod::{FollowedMass, rod_error, with_rod};
 use super::locate::{Guess, Located, Timed, first_fold, locate};
 use super::options::Options;
 pub use beam_with_mass::{MassNow, MassTreatment};
+pub use contacts::{HeldContacts, SheetBody, Struck};
 use fast_oscillation::Shaking;
+pub use in_step_events::LastStep;
 use nalgebra::SVector;
 use sheet8::{EightfoldSteps, OneOrEight};
 pub use slow_beam::Glide;
@@ -105,6 +108,8 @@ pub struct OnSheet<'a, M, const N: usize> {
     body: &'a PointMass<N>,
     /// The mass of the rod; None if it is not followed.
     rod: Option<FollowedMass<'a, N>>,
+    /// Contacts with obstacles; None in a scene without obstacles.
+    contacts: Option<HeldContacts<'a>>,
     /// The chart of the solver's states.
     patch: Patch,
     orientation: f64,
@@ -142,6 +147,36 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         rod: Option<&'a dyn FirstOrderInertia<N>>,
         options: &Options,
     ) -> Result<Self> {
+        Self::with(manifold, body, start, orientation, (rod, None), options)
+    }
+
+    /// Starts a motion as [`OnSheet::new`] among obstacles. `contacts` are those that are closed.
+    ///
+    /// # Errors
+    /// A start outside the chart, or without contact forces.
+    pub fn among_obstacles(
+        manifold: &'a M,
+        body: &'a PointMass<N>,
+        start: Phase<N>,
+        orientation: f64,
+        contacts: HeldContacts<'a>,
+        options: &Options,
+    ) -> Result<Self> {
+        let parts = (None, Some(contacts));
+        Self::with(manifold, body, start, orientation, parts, options)
+    }
+
+    fn with(
+        manifold: &'a M,
+        body: &'a PointMass<N>,
+        start: Phase<N>,
+        orientation: f64,
+        (rod, contacts): (
+            Option<&'a dyn FirstOrderInertia<N>>,
+            Option<HeldContacts<'a>>,
+        ),
+        options: &Options,
+    ) -> Result<Self> {
         let tolerance = options.tolerance;
         let rod = rod.map(|rod| FollowedMass {
             rod,
@@ -153,20 +188,30 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         };
         let outside = || {
             Error::domain(format!(
-                "the start q = {:?} lies outside the chart",
-                start.q.as_slice()
+                "the start {} lies outside the chart",
+                snaprod_systems::error::named(&["q1", "q2"], start.q.as_slice())
             ))
         };
         let start = Phase {
             q: manifold.change_patch(&start.q, Patch::Global, patch),
             ..start
         };
-        let slope = slope(manifold, patch, body, rod, orientation, &start).ok_or_else(outside)?;
+        let held = contacts.filter(HeldContacts::hold);
+        let slope = slope(
+            manifold,
+            patch,
+            body,
+            rod,
+            held.as_ref(),
+            orientation,
+            &start,
+        )
+        .ok_or_else(outside)?;
         let rate = slope.mean_square(&start, &start).sqrt();
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
         let local = options.local_tolerance();
         let symmetric = options.method == Method::Symmetric;
-        let eight = if symmetric || rod.is_some() {
+        let eight = if symmetric || rod.is_some() || held.is_some() {
             None
         } else {
             EightfoldSteps::new(manifold, body, orientation, h, local)
@@ -176,6 +221,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             manifold,
             body,
             rod,
+            contacts,
             patch,
             orientation,
             tolerance: local,
@@ -190,6 +236,11 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The current state.
     pub fn phase(&self) -> Phase<N> {
         self.global(*self.solver.state())
+    }
+
+    /// Latest time at which loads and obstacles are evaluated.
+    pub fn until(&self) -> f64 {
+        self.until
     }
 
     /// The sign s of det on the sheet.
@@ -229,6 +280,16 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(at.force.dot(&now.v) < 0.0)
     }
 
+    /// Renews the directions in which closed contacts slip: the same contacts act in the next steps.
+    pub fn renew_contacts(&mut self, contacts: HeldContacts<'a>) {
+        self.contacts = Some(contacts);
+    }
+
+    /// The closed contacts, if one of them carries a force.
+    fn held(&self) -> Option<HeldContacts<'a>> {
+        self.contacts.filter(HeldContacts::hold)
+    }
+
     /// Changes to a better chart, if there is one.
     fn change_patch(&mut self) {
         if self.rod.is_some() {
@@ -248,6 +309,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             patch,
             self.body,
             None,
+            self.held().as_ref(),
             self.orientation,
             &carried,
         ) else {
@@ -281,14 +343,18 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     pub fn step(&mut self, end: f64) -> Option<Progress> {
         self.change_patch();
         // Symmetric steps integrate every turn: the strides over many turns are not reversible.
-        let strides = !self.solver.is_symmetric();
+        // Among obstacles every turn is looked at.
+        let strides = !self.solver.is_symmetric() && self.contacts.is_none();
         if strides && let Some(progress) = self.glide(end) {
             return Some(progress);
         }
         if strides && self.stride(end) {
             return Some(Progress::Moved);
         }
-        let next = self.body.next_break(self.time());
+        let moves = self
+            .contacts
+            .map_or(f64::INFINITY, |contacts| contacts.next_break(self.time()));
+        let next = self.body.next_break(self.time()).min(moves);
         self.look_until(next.next_down())?;
         let progress = match self.step_to(next.min(end))? {
             Progress::Arrived if next < end => Progress::Moved,
@@ -463,12 +529,21 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     fn right_hand_side(&self) -> impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy + use<'a, M, N> {
         let (manifold, patch, body) = (self.manifold, self.patch, self.body);
         let (rod, orientation, until) = (self.rod, self.orientation, self.until);
+        let held = self.held();
         move |y| {
             let seen = Phase {
                 t: y.t.min(until),
                 ..*y
             };
-            slope(manifold, patch, body, rod, orientation, &seen)
+            slope(
+                manifold,
+                patch,
+                body,
+                rod,
+                held.as_ref(),
+                orientation,
+                &seen,
+            )
         }
     }
 }
@@ -488,6 +563,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
     patch: Patch,
     body: &PointMass<N>,
     rod: Option<FollowedMass<N>>,
+    contacts: Option<&HeldContacts<'_>>,
     orientation: f64,
     y: &Phase<N>,
 ) -> Option<Phase<N>> {
@@ -498,6 +574,9 @@ fn slope<M: Multivalued<N>, const N: usize>(
     let mut action = body.action(y.t, &point.pose, &y.v, &point.force);
     if let Some(rod) = rod {
         with_rod(rod, body, y, &point, &mut action)?;
+    }
+    if let Some(contacts) = contacts {
+        contacts.act(body, y, &point.pose, &mut action)?;
     }
     Some(Phase {
         q: along * slow,

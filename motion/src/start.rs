@@ -55,8 +55,8 @@ pub fn depart<M: Multivalued<N>, const N: usize>(
     let q = phase.q;
     let at = manifold.point(&q).ok_or_else(|| {
         Error::domain(format!(
-            "the start q = {:?} lies outside the chart",
-            q.as_slice()
+            "the start {} lies outside the chart",
+            snaprod_systems::error::named(&["q1", "q2"], q.as_slice())
         ))
     })?;
     let (det, across) = adjugate_times(&at.jacobian, &phase.v);

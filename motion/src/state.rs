@@ -1,6 +1,7 @@
 //! Quantities of one state of a motion, for every model.
 
 use super::Ledger;
+use super::contact::ContactSample;
 use super::run::Sample;
 use super::viscoelastic::{ViscousSample, near_equilibrium};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Vector2, Vector3, Vector6};
@@ -84,6 +85,11 @@ pub trait State {
     /// Forces of grooves on the bodies in them, in the world frame of [`State::configuration`].
     fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
         Vec::new()
+    }
+
+    /// Contacts with obstacles; None without obstacles.
+    fn contact(&self) -> Option<&ContactSample> {
+        None
     }
 
     /// Largest distance of rod ends from their attachments, in radians and lengths of the rod. It is nonzero
@@ -229,6 +235,10 @@ impl State for Sample<2> {
 
     fn ledger(&self) -> Ledger {
         self.ledger
+    }
+
+    fn contact(&self) -> Option<&ContactSample> {
+        self.contact.as_ref()
     }
 
     fn equilibrium(&self) -> Option<Labels> {

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// A point of the level line or the grid. Each grid point has three keys: itself and the crossings on the
 /// grid edges to its right and above.
-type Key = usize;
+type PointKey = usize;
 
 /// The rings around {values >= level}, in data coordinates, the area on their left. Cells with a value that
 /// is not a number belong to no area. Values are interpolated along grid edges.
@@ -23,8 +23,8 @@ pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<Pix
                 .iter()
                 .all(|&m| values[m] >= level)
     };
-    let mut edges: BTreeSet<(Key, Key)> = BTreeSet::new();
-    let mut add = |from: Key, to: Key| {
+    let mut edges: BTreeSet<(PointKey, PointKey)> = BTreeSet::new();
+    let mut add = |from: PointKey, to: PointKey| {
         if !edges.remove(&(to, from)) {
             edges.insert((from, to));
         }
@@ -46,7 +46,7 @@ pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<Pix
                 }
                 continue;
             }
-            let mut ring: Vec<Key> = Vec::with_capacity(6);
+            let mut ring: Vec<PointKey> = Vec::with_capacity(6);
             for side in 0..4 {
                 let (a, b) = (nodes[side], nodes[(side + 1) % 4]);
                 let (ina, inb) = (values[a] >= level, values[b] >= level);
@@ -63,7 +63,7 @@ pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<Pix
             }
         }
     }
-    let point = |key: Key| place(field, values, level, key);
+    let point = |key: PointKey| place(field, values, level, key);
     let rings = rings(edges).into_iter();
     rings
         .map(|ring| ring.into_iter().map(point).collect())
@@ -71,8 +71,8 @@ pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<Pix
 }
 
 /// Joins directed edges to rings.
-pub(crate) fn rings(edges: BTreeSet<(Key, Key)>) -> Vec<Vec<Key>> {
-    let mut next: BTreeMap<Key, Vec<Key>> = BTreeMap::new();
+pub(crate) fn rings(edges: BTreeSet<(PointKey, PointKey)>) -> Vec<Vec<PointKey>> {
+    let mut next: BTreeMap<PointKey, Vec<PointKey>> = BTreeMap::new();
     for (from, to) in edges {
         next.entry(from).or_default().push(to);
     }
@@ -96,7 +96,7 @@ pub(crate) fn rings(edges: BTreeSet<(Key, Key)>) -> Vec<Vec<Key>> {
 }
 
 /// The data point of a key.
-fn place(field: &Field, values: &[f64], level: f64, key: Key) -> Pixel {
+fn place(field: &Field, values: &[f64], level: f64, key: PointKey) -> Pixel {
     let node = key / 3;
     let (i, j) = ((node % field.columns) as f64, (node / field.columns) as f64);
     let crossing = |other: usize| {

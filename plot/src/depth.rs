@@ -120,9 +120,9 @@ mod tests {
     use super::*;
 
     /// A rectangle whose depth rises with x.
-    struct Ramp(Vec<Pixel>, [f64; 2], usize);
+    struct DepthRamp(Vec<Pixel>, [f64; 2], usize);
 
-    impl DepthOrdered for Ramp {
+    impl DepthOrdered for DepthRamp {
         fn outline(&self) -> &[Pixel] {
             &self.0
         }
@@ -138,9 +138,9 @@ mod tests {
         }
     }
 
-    fn ramp(x: [f64; 2], depth: [f64; 2], sheet: usize) -> Ramp {
+    fn ramp(x: [f64; 2], depth: [f64; 2], sheet: usize) -> DepthRamp {
         let corners = vec![(x[0], 0.0), (x[1], 0.0), (x[1], 9.0), (x[0], 9.0)];
-        Ramp(corners, depth, sheet)
+        DepthRamp(corners, depth, sheet)
     }
 
     #[test]

@@ -49,7 +49,7 @@ const OUTSIDE: f64 = 1e6;
 
 /// A word in its place.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Placed {
+pub(crate) struct PlacedLabel {
     /// The middle of the word.
     pub at: Pixel,
     /// Box of the word: [left, top, right, bottom].
@@ -58,7 +58,7 @@ pub(crate) struct Placed {
     pub leader: Option<[Pixel; 2]>,
 }
 
-impl Placed {
+impl PlacedLabel {
     /// A word of half width `w` at a distance from its spot.
     fn new(spot: Pixel, (x, y): Pixel, off: f64, w: f64) -> Self {
         let h = 0.5 * LABEL;
@@ -85,9 +85,9 @@ impl Placed {
     }
 
     /// Cost of the words and lines of others.
-    fn beside(&self, other: &Placed) -> f64 {
-        let led = |placed: &Placed| placed.leader.map(|line| dotted(&line, 3.0));
-        let crossed = |line: Option<Vec<Pixel>>, word: &Placed| {
+    fn beside(&self, other: &PlacedLabel) -> f64 {
+        let led = |placed: &PlacedLabel| placed.leader.map(|line| dotted(&line, 3.0));
+        let crossed = |line: Option<Vec<Pixel>>, word: &PlacedLabel| {
             line.is_some_and(|line| word.dots(&line) > 0.0)
         };
         let crossings = [crossed(led(self), other), crossed(led(other), self)];
@@ -167,12 +167,12 @@ pub(crate) fn place<W: AsRef<str>>(
     ink: &[Pixel],
     marks: &[Pixel],
     words: &[(Pixel, W)],
-) -> Vec<Placed> {
-    let mut placed: Vec<Placed> = Vec::new();
+) -> Vec<PlacedLabel> {
+    let mut placed: Vec<PlacedLabel> = Vec::new();
     for round in 0..ROUNDS {
         for (i, (spot, word)) in words.iter().enumerate() {
             let w = 0.5 * text::width(word.as_ref(), SMALL) + 1.5;
-            let alone = |at: &Placed| {
+            let alone = |at: &PlacedLabel| {
                 let [l, t, r, b] = at.area;
                 let outside = l < edges[0] + 2.0
                     || t < edges[1] + 2.0
@@ -187,14 +187,14 @@ pub(crate) fn place<W: AsRef<str>>(
                     + if stranger { STRANGER } else { 0.0 }
                     + if outside { OUTSIDE } else { 0.0 }
             };
-            let cost = |at: &Placed| {
+            let cost = |at: &PlacedLabel| {
                 let others = placed.iter().enumerate().filter(|(k, _)| *k != i);
                 alone(at) + others.map(|(_, other)| at.beside(other)).sum::<f64>()
             };
             let ways = WAYS.iter().enumerate();
             let ways = ways.flat_map(|(k, &way)| DISTANCES.map(|(off, dear)| (k, way, off, dear)));
             let priced = ways.map(|(k, way, off, dear)| {
-                let at = Placed::new(*spot, way, off, w);
+                let at = PlacedLabel::new(*spot, way, off, w);
                 (cost(&at) + dear + 0.01 * k as f64, at)
             });
             let Some((_, best)) = priced.min_by(|a, b| a.0.total_cmp(&b.0)) else {

@@ -66,10 +66,10 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     if data.modes.is_empty() || !(size > 0.0 && size.is_finite()) {
         return Err(none());
     }
-    let extents: Vec<Extent> = data
+    let extents: Vec<ModeExtent> = data
         .modes
         .iter()
-        .map(|mode| Extent::of(mode, size))
+        .map(|mode| ModeExtent::of(mode, size))
         .collect();
     let drawn: Vec<Vec<SpaceRod>> = (data.modes.iter().zip(&extents))
         .map(|(mode, extent)| both_ways(data, mode, extent.amplitude()))
@@ -77,7 +77,7 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     // One view for all modes.
     let points = drawn.iter().flatten().flat_map(|rod| &rod.points);
     let view = Spread::new(points).ok_or_else(none)?.view();
-    let scenery = |(rods, extent): (&Vec<SpaceRod>, &Extent)| {
+    let scenery = |(rods, extent): (&Vec<SpaceRod>, &ModeExtent)| {
         // Three triads for each of several rods would cover the rods, so they are drawn only where nothing
         // else shows the motion.
         let triads = data.rods.len() == 1 || extent.turns();
@@ -134,12 +134,12 @@ fn colour(rod: &SpaceRod) -> Colour {
 }
 
 /// Extent of a mode: largest displacement and turn, in units of the largest ones drawn.
-struct Extent {
+struct ModeExtent {
     far: f64,
     turned: f64,
 }
 
-impl Extent {
+impl ModeExtent {
     fn of(mode: &ModeShape, size: f64) -> Self {
         let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let points = mode.rods.iter().flat_map(|rod| &rod.points);

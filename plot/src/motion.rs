@@ -9,6 +9,7 @@ use super::legend::{Entry, Key, Mark, PlottedCurve, Tones, named};
 use super::page::{Height, Page, PageBlock, Width};
 use super::palette::{ALARM, Colour, GREY, INK};
 use super::paper::Paper;
+use super::scenery::{OBSTACLE, OBSTACLE_NAME};
 use snaprod_core::error::{Error, Result};
 
 /// The rod at one time.
@@ -41,6 +42,8 @@ pub struct Snapshots {
     pub snaps_name: String,
     /// Clamps: the position of each, and a point ahead of it; by default the origin and along x.
     pub walls: Vec<[[f64; 2]; 2]>,
+    /// Lines on obstacles.
+    pub obstacles: Vec<Curve>,
     /// Units and the rod's length.
     pub units: AxisUnits,
 }
@@ -57,6 +60,10 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     let name = |i: usize| if i == 0 { "fold" } else { "" };
     let folds =
         folds.map(|(i, fold)| PlottedCurve::new(Key::Line(FOLD), name(i), &fold.x, &fold.y));
+    let obstacles = data.obstacles.iter().enumerate().map(|(i, line)| {
+        let name = if i == 0 { OBSTACLE_NAME } else { "" };
+        PlottedCurve::new(Key::Line(OBSTACLE), name, &line.x, &line.y)
+    });
     // A long path covers itself; transparency then shows how often.
     let pen = if way(&data.path) < LONG * data.units.radius() {
         PATH
@@ -70,7 +77,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
         &data.path.y,
     );
     let path = data.path.has_points().then_some(path);
-    let lines: Vec<PlottedCurve> = folds.chain(path).collect();
+    let lines: Vec<PlottedCurve> = obstacles.chain(folds).chain(path).collect();
     let mut before = "before a snap";
     let rods = shapes.iter().enumerate().map(|(i, shape)| {
         let pen = Pen::new(tones.colour(shape.time), 1.8);

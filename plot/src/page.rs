@@ -37,7 +37,7 @@ pub(crate) enum Height {
     Equal(f64, f64),
 }
 
-struct Plane<'a> {
+struct PlanePanel<'a> {
     x: Axis,
     y: Axis,
     height: Height,
@@ -48,7 +48,7 @@ struct Plane<'a> {
 }
 
 enum BlockContent<'a> {
-    Plane(Box<Plane<'a>>),
+    Plane(Box<PlanePanel<'a>>),
     Space {
         height: f64,
         place: PanelDrawing<'a>,
@@ -68,7 +68,7 @@ pub(crate) struct PageBlock<'a> {
 impl<'a> PageBlock<'a> {
     /// A panel with curves.
     pub(crate) fn plane(x: Axis, y: Axis, height: Height, curves: Vec<PlottedCurve>) -> Self {
-        Self::new(BlockContent::Plane(Box::new(Plane {
+        Self::new(BlockContent::Plane(Box::new(PlanePanel {
             x,
             y,
             height,
@@ -146,7 +146,7 @@ impl<'a> PageBlock<'a> {
     /// Widens the axes of a panel of this width to keep the height within the bounds.
     fn even(&mut self, width: f64) {
         if let BlockContent::Plane(plane) = &mut self.body
-            && let Plane {
+            && let PlanePanel {
                 x,
                 y,
                 height: Height::Equal(least, most),

@@ -44,7 +44,7 @@ enum Ink {
 
 /// A place on a rod.
 #[derive(Clone, Copy)]
-struct Station {
+struct PaintedPlace {
     at: Point,
     /// Director d1.
     side: Option<Point>,
@@ -169,15 +169,15 @@ impl<'a> Painter<'a> {
     }
 
     /// The rod cut into pieces for the order of painting, longer ones in a plane, or into its dashes.
-    fn pieces(&self, rod: &SpaceRod, pen: Pen) -> Vec<Vec<Station>> {
+    fn pieces(&self, rod: &SpaceRod, pen: Pen) -> Vec<Vec<PaintedPlace>> {
         let step = if pen.dash.is_some() { 1.5 } else { 7.0 };
-        let station = |at: Point, side: Option<Point>| Station {
+        let station = |at: Point, side: Option<Point>| PaintedPlace {
             at,
             side,
             pixel: self.stage.pixel(at),
         };
         let mut pieces = Vec::new();
-        let mut piece: Vec<Station> = Vec::new();
+        let mut piece: Vec<PaintedPlace> = Vec::new();
         let (mut drawing, mut length) = (true, 0.0);
         let given = |i: usize| {
             let p = rod.points.get(i).filter(|p| drawable(p))?;
@@ -229,7 +229,7 @@ impl<'a> Painter<'a> {
         pieces
     }
 
-    fn piece(&mut self, piece: &[Station], pen: Pen, ribbon: f64) {
+    fn piece(&mut self, piece: &[PaintedPlace], pen: Pen, ribbon: f64) {
         let middle = piece[piece.len() / 2].at;
         let near = self.stage.nearness(middle);
         let width = pen.width * near.powf(1.6).clamp(0.55, 1.9);

@@ -29,14 +29,14 @@ pub(crate) fn draw(canvas: &mut Canvas, panel: &Panel, slopes: &[Slope], curves:
 }
 
 /// A right triangle whose long side has the slope.
-struct Guide {
+struct SlopeTriangle {
     /// Corners; the right angle is the second.
     corners: [Pixel; 3],
     /// The words "1" and the slope, each with its centre.
     words: [(Pixel, String); 2],
 }
 
-impl Guide {
+impl SlopeTriangle {
     /// A triangle with the legs `run` and `rise` in pixels (rise positive upwards) from the left end of the
     /// long side; the right angle is on the right, or on the left.
     fn new(at: Pixel, run: f64, rise: f64, on_right: bool, name: &str) -> Self {
@@ -97,7 +97,7 @@ fn distance(points: &[Pixel], others: &[Pixel]) -> f64 {
 }
 
 /// Places for the guides: clear of everything, with the long side nearest to their series.
-fn guides(slopes: &[Slope], panel: &Panel, curves: &[Vec<Pixel>]) -> Vec<Guide> {
+fn guides(slopes: &[Slope], panel: &Panel, curves: &[Vec<Pixel>]) -> Vec<SlopeTriangle> {
     let decade = panel.width / (panel.x.hi / panel.x.lo).log10();
     let up = panel.height / (panel.y.hi / panel.y.lo).log10();
     let dense: Vec<Vec<Pixel>> = curves.iter().map(|c| dotted(c, 8.0)).collect();
@@ -119,7 +119,7 @@ fn guides(slopes: &[Slope], panel: &Panel, curves: &[Vec<Pixel>]) -> Vec<Guide> 
             Some(s) => dense[s].clone(),
             None => dense.iter().flatten().copied().collect(),
         };
-        let mut best: Option<(f64, Guide)> = None;
+        let mut best: Option<(f64, SlopeTriangle)> = None;
         for i in 0..(panel.width / 12.0) as usize {
             for j in 0..(panel.height / 12.0) as usize {
                 for on_right in [true, false] {
@@ -127,7 +127,7 @@ fn guides(slopes: &[Slope], panel: &Panel, curves: &[Vec<Pixel>]) -> Vec<Guide> 
                         panel.left + 12.0 * i as f64,
                         panel.bottom() - 12.0 * j as f64,
                     );
-                    let guide = Guide::new(at, run, rise, on_right, &name);
+                    let guide = SlopeTriangle::new(at, run, rise, on_right, &name);
                     let outline = guide.outline();
                     let [l, t, r, b] = hull(outline.iter().copied());
                     let [left, top, right, bottom] = panel.edges();

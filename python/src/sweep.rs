@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Names of columns, columns, and the file.
-type Rows<'py> = (Vec<String>, Vec<Vec<String>>, Bound<'py, PyBytes>);
+type ChunkRows<'py> = (Vec<String>, Vec<Vec<String>>, Bound<'py, PyBytes>);
 
 /// A sweep in its directory. Several threads may make chunks of the sweep at once.
 #[pyclass(frozen)]
@@ -99,7 +99,7 @@ impl Sweep {
 
     /// Makes a chunk; false if stopped.
     fn make(&self, py: Python<'_>, chunk: usize) -> PyResult<bool> {
-        let made = py.detach(|| self.directory.make(chunk, &mut Worker(self)));
+        let made = py.detach(|| self.directory.make(chunk, &mut ChunkHooks(self)));
         made.map_err(|e| refused(&e))
     }
 
@@ -109,7 +109,7 @@ impl Sweep {
     }
 
     /// All rows once no chunk is missing: names of columns, columns as text, and sweep.csv.
-    fn rows<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
+    fn rows<'py>(&self, py: Python<'py>) -> PyResult<ChunkRows<'py>> {
         let rows = py.detach(|| self.directory.rows());
         let rows = rows.map_err(|e| refused(&e))?;
         let column = |k: usize| rows.cells.iter().map(|row| row[k].clone()).collect();
@@ -119,9 +119,9 @@ impl Sweep {
 }
 
 /// The hooks of one chunk.
-struct Worker<'a>(&'a Sweep);
+struct ChunkHooks<'a>(&'a Sweep);
 
-impl Hooks for Worker<'_> {
+impl Hooks for ChunkHooks<'_> {
     fn interrupted(&mut self) -> bool {
         self.0.stopped.load(Ordering::Relaxed)
     }

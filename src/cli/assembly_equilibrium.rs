@@ -1,7 +1,7 @@
 //! `snaprod equilibrium` for assemblies of several rods and bodies.
 
 use super::check::no_start;
-use super::equilibrium::{EquilibriumArgs, FILES};
+use super::equilibrium::{EquilibriumArgs, FILES, NO_INDEX};
 use super::files::{json_text, number, print, print_json};
 use super::output::Output;
 use super::{Ending, Refusal, rod_figures};
@@ -95,7 +95,12 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
         (true, _, Some(true)) => "unstable; another guess, or none, may lead to a stable one",
         (true, ..) => "unstable; no stable equilibrium was found from any start",
     };
-    line("index", format!("{} ({meaning})", record.index));
+    let index = if record.indexed {
+        format!("{} ({meaning})", record.index)
+    } else {
+        NO_INDEX.to_owned()
+    };
+    line("index", index);
     line("residual", format!("{:.1e}", record.residual));
     let path = match record.from_guess {
         Some(true) => "from the guess",

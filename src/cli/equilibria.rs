@@ -3,6 +3,7 @@
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{json_text, number, pair, print, print_json, short};
 use super::output::{Output, OutputArgs};
+use super::page::{Page, PageKind, equilibria_data, name, scene_text};
 use super::signals::Signals;
 use super::{Ending, Refusal, assembly_equilibrium, rod_figures};
 use clap::Args;
@@ -27,6 +28,9 @@ pub struct EquilibriaArgs {
     /// Of an elastica only equilibria with lambda below this, at most 60; lambda = sqrt(|force| L^2/B).
     #[arg(long, default_value_t = 14.0)]
     pub lambda_max: f64,
+    /// Write equilibria.html, a page with a numbered panel for each equilibrium; it is one file and needs no network.
+    #[arg(long, requires = "out", conflicts_with = "at")]
+    pub html: bool,
     #[command(flatten)]
     pub output: OutputArgs,
 }
@@ -80,6 +84,20 @@ fn of_scene(args: &EquilibriaArgs, path: &std::path::Path) -> Result<Ending, Ref
         out.table(&record.shapes()?)?;
         let data = panels(&scene, &record);
         out.figure("equilibria", || Ok(data), rod_panels);
+        if args.html {
+            out.page("equilibria", |_| {
+                Ok(Page {
+                    name: name(&given),
+                    kind: PageKind::Equilibria,
+                    data: equilibria_data(&record),
+                    words: list(&record),
+                    events: Vec::new(),
+                    // The page draws the panels itself.
+                    figures: Vec::new(),
+                    scene: scene_text(&given),
+                })
+            });
+        }
         out.finish(!args.output.json)?;
     }
     if args.output.json {
@@ -114,7 +132,7 @@ fn panels(scene: &Scene, record: &AllEquilibriaRecord) -> RodPanels {
                 "{}: energy {}, {}",
                 k + 1,
                 short(state.energy),
-                index_words(state)
+                index_words(record, state)
             ),
             rods,
             bodies,
@@ -131,8 +149,9 @@ fn panels(scene: &Scene, record: &AllEquilibriaRecord) -> RodPanels {
     }
 }
 
-fn index_words(state: &StateRecord) -> String {
+fn index_words(record: &AllEquilibriaRecord, state: &StateRecord) -> String {
     match state.index_in_plane {
+        _ if !record.indexed => "no index".to_owned(),
         Some(flat) if flat != state.index => {
             format!("index {}, in plane {flat}", state.index)
         }
@@ -154,6 +173,11 @@ fn list(record: &AllEquilibriaRecord) -> String {
         let flat = state
             .index_in_plane
             .map_or_else(|| "-".to_owned(), |i| i.to_string());
+        let index = if record.indexed {
+            state.index.to_string()
+        } else {
+            "-".to_owned()
+        };
         let mut words = state.how.to_owned();
         if record.conservative && state.index == 0 {
             words += "; stable";
@@ -163,13 +187,14 @@ fn list(record: &AllEquilibriaRecord) -> String {
         }
         let _ = writeln!(
             text,
-            "{:>3} {:>16} {:>6} {flat:>9}  {words}",
+            "{:>3} {:>16} {index:>6} {flat:>9}  {words}",
             k + 1,
             number(state.energy),
-            state.index,
         );
     }
-    if !record.conservative {
+    if !record.indexed {
+        text.push_str("the loads on the rods have no potential: there is no index\n");
+    } else if !record.conservative {
         text.push_str("the loads have no potential: the index is that of the same loads kept dead and does not decide stability\n");
     }
     let _ = writeln!(text, "sought: {}", record.sought);

@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 use snaprod::math::se3::halves;
 use snaprod::plot::rod_state;
 use snaprod::rod::{Equilibrium, Path};
-use snaprod::study::{self, EquilibriumRecord};
+use snaprod::section::Centreline;
+use snaprod::study::{self, ContactRecord, EquilibriumRecord};
 use std::fmt::Write;
 
 #[derive(Args)]
@@ -20,6 +21,8 @@ pub struct EquilibriumArgs {
     pub output: OutputArgs,
 }
 
+/// Words in place of the index under loads along rods without a potential.
+pub(super) const NO_INDEX: &str = "none (a load that turns with the rod, or a couple on it, has no potential; stability may be lost by growing oscillations)";
 /// Files of the command.
 pub const FILES: &[&str] = &["equilibrium.*", "shape.csv", "contacts.csv"];
 
@@ -68,6 +71,35 @@ fn text(record: &EquilibriumRecord) -> String {
         let numbers: Vec<String> = x.iter().map(|x| number(settled(*x, scale))).collect();
         numbers.join(", ")
     };
+    if let Some(curve) = &record.centreline {
+        let Centreline {
+            points,
+            pieces,
+            length,
+            distance,
+            ..
+        } = curve;
+        line(
+            "centreline",
+            format!(
+                "{points} points, {pieces} pieces; length {} (of the rod {}); farthest point {distance:.1e} off",
+                number(*length),
+                number(record.length)
+            ),
+        );
+        line(
+            "",
+            format!("at its begin position {}", list(&curve.position, *length)),
+        );
+        line(
+            "",
+            format!(
+                "tangent {}, normal {}",
+                list(&curve.tangent, 1.0),
+                list(&curve.normal, 1.0)
+            ),
+        );
+    }
     line("position", list(end.position.as_slice(), record.length));
     line("quaternion", list(&record.quaternion(), 1.0));
     line("base force", list(force.as_slice(), forces));
@@ -97,12 +129,23 @@ fn text(record: &EquilibriumRecord) -> String {
         let end = if touch.at_end { ", the end" } else { "" };
         line(
             "contact",
-            format!(
-                "{} at s = {}{end}, reaction {}",
-                contact.obstacle,
-                number(touch.s),
-                number(touch.reaction)
-            ),
+            match &touch.line {
+                None => format!(
+                    "{} at s = {}{end}, reaction {}",
+                    contact.obstacle,
+                    number(touch.s),
+                    number(touch.reaction)
+                ),
+                Some(lies) => format!(
+                    "{} from s = {} to {}, reactions {} and {} at the ends, {} between",
+                    contact.obstacle,
+                    number(touch.s),
+                    number(touch.s + lies.length),
+                    number(lies.at_start),
+                    number(lies.at_end),
+                    number(lies.pressed)
+                ),
+            },
         );
     }
     if let Some(contacts) = record.contacts.as_ref().filter(|all| all.each.is_empty()) {
@@ -120,10 +163,13 @@ fn text(record: &EquilibriumRecord) -> String {
         (true, _) if found.route.from_guess => "unstable",
         (true, _) => "unstable; no stable equilibrium was found from any start",
     };
+    let lies = |contact: &ContactRecord| contact.touch.line.is_some();
     let index = if record.indexed {
         format!("{} ({meaning})", found.index)
+    } else if (record.contacts.iter()).any(|contacts| contacts.each.iter().any(lies)) {
+        "none (it is not computed where the rod lies along an obstacle)".to_owned()
     } else {
-        "none (a load that turns with the rod, or a couple on it, has no potential; stability may be lost by growing oscillations)".to_owned()
+        NO_INDEX.to_owned()
     };
     line("index", index);
     for mode in &record.zero_modes {

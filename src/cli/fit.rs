@@ -148,14 +148,14 @@ fn figure(record: &FitRecord) -> FitFigure {
 fn report(record: &FitRecord) -> String {
     let mut text = String::new();
     for one in &record.parameters {
-        let _ = write!(text, "{} = {:.8}", one.path, Short(one.value));
+        let _ = write!(text, "{} = {:.8}", one.path, FixedDigits(one.value));
         if let (Some(error), Some([low, high])) = (one.standard_error, one.interval) {
             let _ = write!(
                 text,
                 ", standard error {:.2e}, 95 % between {:.6} and {:.6}",
                 error,
-                Short(low),
-                Short(high)
+                FixedDigits(low),
+                FixedDigits(high)
             );
         }
         text.push('\n');
@@ -190,9 +190,9 @@ fn report(record: &FitRecord) -> String {
 }
 
 /// A number printed with a fixed number of digits in all, not of decimals.
-struct Short(f64);
+struct FixedDigits(f64);
 
-impl std::fmt::Display for Short {
+impl std::fmt::Display for FixedDigits {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let digits = f.precision().unwrap_or(6);
         let rounded = format!("{:.*e}", digits.saturating_sub(1), self.0);

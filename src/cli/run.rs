@@ -56,6 +56,7 @@ pub const FILES: &[&str] = &[
     "trajectory-*.csv",
     "strain.csv",
     "strain-*.csv",
+    "contacts.csv",
     "events.json",
     "summary.json",
     "resolved.toml",

@@ -14,6 +14,7 @@ use snaprod::plot::{
     SpaceBody, SpaceRod, SpaceWay, StrainMap,
 };
 use snaprod::scene::Units;
+use snaprod::study::outline_in_plane;
 use snaprod::study::run::{
     FigureState, ModelKind, Moment, RunBody, RunRecord, SingleMotion, places,
 };
@@ -259,8 +260,19 @@ impl<'r> RunFigures<'r> {
             snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
             snaps_name: snaps_name(self.record).to_owned(),
             walls,
+            obstacles: self.obstacles(),
             units: self.units.clone(),
         })
+    }
+
+    /// Lines on the obstacles of a motion in the plane, as far as the rod reaches.
+    fn obstacles(&self) -> Vec<Curve> {
+        let clamp = self.way()[0].clamp.translation.vector;
+        let lines = self.record.header.obstacles.iter();
+        lines
+            .flat_map(|obstacle| outline_in_plane(obstacle, &clamp, self.length()))
+            .map(Curve::new)
+            .collect()
     }
 
     /// The path over the disc on the stable part of the solution surface, with height theta(1). The surface consists of

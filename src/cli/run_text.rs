@@ -1,6 +1,7 @@
 //! Printed report of `snaprod run`.
 
 use super::files::{number, rounded, settled};
+use snaprod::motion::contact::ContactEvent;
 use snaprod::motion::viscoelastic::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::{RodMassNote, Units};
@@ -40,6 +41,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         if passages.len() > SHOWN {
             lines.push(format!("... and {} more passages", passages.len() - SHOWN));
         }
+        lines.extend(contacts(header, branch));
         lines.extend(heavy_folds(&record.folds, branch.id, u));
         lines.extend(end(header, branch));
         lines.extend(cost(header, branch));
@@ -84,6 +86,46 @@ fn snap(header: &RunHeader, snap: &Snap) -> String {
         Units::suffix(u.energy()),
         chosen(snap),
     )
+}
+
+/// Impacts and changes of contacts of a branch, the first ones one by one.
+fn contacts(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
+    let events = branch.contacts.iter().flat_map(|all| &all.events);
+    let mut lines: Vec<String> = events
+        .clone()
+        .take(SHOWN)
+        .map(|e| contact(header, e))
+        .collect();
+    let count = events.count();
+    if count > SHOWN {
+        lines.push(format!("... and {} more events of contacts", count - SHOWN));
+    }
+    lines
+}
+
+fn contact(header: &RunHeader, event: &ContactEvent) -> String {
+    let u = header.units;
+    let [a, b] = header.sides(event.contact());
+    let at = format!(
+        "at t = {}{}",
+        rounded(event.time(), 12),
+        Units::suffix(u.time())
+    );
+    match event {
+        ContactEvent::Impact(hit) => format!(
+            "impact of {a} on {b} {at}: normal velocity {} -> {}{}, lost {}{}",
+            rounded(hit.before.dot(&hit.normal), 9),
+            rounded(hit.after.dot(&hit.normal), 9),
+            Units::suffix(u.velocity()),
+            rounded(hit.lost, 9),
+            Units::suffix(u.energy()),
+        ),
+        ContactEvent::Accumulation(_) => format!("bounces of {a} on {b} end {at}"),
+        ContactEvent::Slip(_) => format!("{a} begins to slip on {b} {at}"),
+        ContactEvent::Stick(_) => format!("{a} sticks to {b} {at}"),
+        ContactEvent::Reverse(_) => format!("{a} slips back on {b} {at}"),
+        ContactEvent::Release(_) => format!("{a} leaves {b} {at}"),
+    }
 }
 
 /// Text on a landing chosen by a rule: the number of stable equilibria with less energy than the fold, and whether the

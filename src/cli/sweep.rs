@@ -90,7 +90,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         .map_err(|e| Refusal(format!("--threads: {e}")))?;
     let made: Result<(), Option<snaprod::Error>> = pool.install(|| {
         missing.par_iter().try_for_each(|k| {
-            let whole = sweep.make(*k, &mut Worker(&tally)).map_err(Some)?;
+            let whole = sweep.make(*k, &mut ThreadHooks(&tally)).map_err(Some)?;
             whole.then_some(()).ok_or(None)
         })
     });
@@ -219,9 +219,9 @@ impl SweepArgs {
 }
 
 /// Hooks of a study in one thread.
-struct Worker<'a>(&'a Tally);
+struct ThreadHooks<'a>(&'a Tally);
 
-impl Hooks for Worker<'_> {
+impl Hooks for ThreadHooks<'_> {
     fn interrupted(&mut self) -> bool {
         signals::interrupted()
     }

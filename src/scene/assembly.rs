@@ -32,7 +32,7 @@ impl Serialize for AssemblyScene {
             },
         }
         #[derive(Serialize)]
-        struct Tables<'a> {
+        struct AssemblyTables<'a> {
             #[serde(skip_serializing_if = "Option::is_none")]
             plane: Option<[f64; 3]>,
             rod: Vec<Any<'a>>,
@@ -40,7 +40,7 @@ impl Serialize for AssemblyScene {
             body: Vec<&'a AssemblyBody>,
         }
         let free = self.free.iter().map(|rod| Any::Free { rod, to: "free" });
-        let tables = Tables {
+        let tables = AssemblyTables {
             plane: self.plane,
             rod: self.rods.iter().map(Any::Held).chain(free).collect(),
             body: self.bodies.iter().collect(),

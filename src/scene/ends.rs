@@ -1,6 +1,6 @@
 //! The two ends of a rod: the clamp at the base; the supports, loads and body at the end.
 
-use super::Groove;
+use super::{BodyShape, Groove};
 use crate::body::{History, Sine};
 use serde::Serialize;
 
@@ -214,6 +214,9 @@ pub struct Body {
     /// Groove in which the end of the rod slides; `None`: no groove.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub groove: Option<Groove>,
+    /// Shape where the body touches obstacles; `None`: a point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<BodyShape>,
 }
 
 /// Joint between the body and the end of the rod.

@@ -90,6 +90,9 @@ impl Scene {
     /// Reason why the mass of the rod cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
         let run = self.run.as_ref()?;
+        if !self.obstacles.is_empty() {
+            return Some("obstacles are looked for");
+        }
         // Only runs in space exclude a method.
         if self.stays_in_plane() {
             None

@@ -58,6 +58,7 @@
 mod assembly;
 mod bar;
 mod branch;
+mod contact;
 mod ends;
 mod fault;
 mod groove;
@@ -91,6 +92,7 @@ pub use crate::solve::integrator::Method;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, FreeRod, Guess, Site};
 pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
+pub use contact::{BodyShape, ContactRules, RodsInContact};
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,
 };
@@ -100,7 +102,7 @@ pub use joint::{SiteJoint, SlideAxis, TurnAxis};
 pub use loads::{Force, Load, LoadAlong, Loads};
 pub use lower::{
     AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, ModelKind, MotionModel,
-    Setup, SpaceField, SpaceStart, ViscousPlane, ViscousSpace,
+    PlacedJoint, Setup, SpaceField, SpaceStart, ViscousPlane, ViscousSpace,
 };
 pub use mass_policy::RodMassNote;
 pub use obstacle::{Obstacle, ObstacleShape};
@@ -172,9 +174,12 @@ pub struct Scene {
     /// `[[station]]`: places on rods that the tables follow.
     #[serde(rename = "station", skip_serializing_if = "Vec::is_empty")]
     pub stations: Vec<Station>,
-    /// `[[obstacle]]`: fixed bodies that the rod does not enter, in a scene of statics.
+    /// `[[obstacle]]`: solids that neither the rod nor the body enters.
     #[serde(rename = "obstacle", skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
+    /// `[contact]`: rules of contact.
+    #[serde(skip_serializing_if = "ContactRules::are_default")]
+    pub contact: ContactRules,
     /// `[run]`: duration and accuracy of the motion, time steps, landing rule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<Run>,

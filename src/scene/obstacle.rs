@@ -1,11 +1,11 @@
-//! Obstacles: fixed bodies that rods touch and do not enter.
+//! Obstacles: bodies that rods and other bodies touch and do not enter.
 
-use super::ends::Rotation;
+use super::ends::{ClampMotion, Rotation};
 use crate::{Result, obstacle};
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 use serde::Serialize;
 
-/// A fixed body that the scene's rod does not enter.
+/// A body that stands or moves in a given way, and that the scene's rods and bodies do not enter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Obstacle {
     /// Name in events and tables; `obstacle1`, `obstacle2`, ... in the order of the list unless given.
@@ -13,6 +13,15 @@ pub struct Obstacle {
     /// Shape and place.
     #[serde(flatten)]
     pub shape: ObstacleShape,
+    /// Coefficient of friction; `None`: that of [`ContactRules`](super::ContactRules).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Restitution of impacts, in [0, 1]; `None`: that of [`ContactRules`](super::ContactRules).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Displacement in time; `None`: the obstacle stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<ClampMotion>,
 }
 
 /// Shape and place of an obstacle.
@@ -55,6 +64,29 @@ pub enum ObstacleShape {
         /// Radius >= 0.
         radius: f64,
     },
+    /// A disc of the plane.
+    Disc {
+        /// Centre; the third component is 0.
+        centre: [f64; 3],
+        /// Radius > 0.
+        radius: f64,
+        /// True for a hole, touched from inside.
+        inside: bool,
+    },
+    /// All points of the plane within a distance from a segment.
+    Segment {
+        /// One end of the segment; the third component is 0.
+        from: [f64; 3],
+        /// Second end.
+        to: [f64; 3],
+        /// Radius >= 0.
+        radius: f64,
+    },
+    /// A convex polygon of the plane.
+    Polygon(
+        /// Corners, either way round.
+        Vec<[f64; 2]>,
+    ),
     /// A box.
     Box {
         /// Centre.
@@ -92,7 +124,19 @@ impl Obstacle {
                 radius,
                 inside,
             } => obstacle::Obstacle::sphere(place(centre), radius / length, *inside),
-            ObstacleShape::Capsule { from, to, radius } => {
+            ObstacleShape::Disc {
+                centre,
+                radius,
+                inside,
+            } => obstacle::Obstacle::disc(place(centre).xy(), radius / length, *inside),
+            ObstacleShape::Polygon(corners) => {
+                let corners: Vec<Vector2<f64>> = (corners.iter())
+                    .map(|corner| Vector2::from(*corner) / length)
+                    .collect();
+                obstacle::Obstacle::polygon(&corners)
+            }
+            ObstacleShape::Capsule { from, to, radius }
+            | ObstacleShape::Segment { from, to, radius } => {
                 obstacle::Obstacle::capsule(place(from), place(to), radius / length)
             }
             ObstacleShape::Box {
@@ -108,19 +152,21 @@ impl Obstacle {
             }
         }
     }
+}
 
+impl ObstacleShape {
     /// Every length of the obstacle by its field, with the index of the component.
     pub(super) fn lengths_mut(&mut self) -> Vec<(&'static str, usize, &mut f64)> {
         fn each<'a>(
             field: &'static str,
-            place: &'a mut [f64; 3],
+            place: &'a mut [f64],
         ) -> impl Iterator<Item = (&'static str, usize, &'a mut f64)> {
             place
                 .iter_mut()
                 .enumerate()
                 .map(move |(i, x)| (field, i, x))
         }
-        match &mut self.shape {
+        match self {
             ObstacleShape::Plane { point, .. } => each("plane.point.xyz", point).collect(),
             ObstacleShape::Cylinder { point, radius, .. } => each("cylinder.point.xyz", point)
                 .chain([("cylinder.radius", 0, radius)])
@@ -132,6 +178,16 @@ impl Obstacle {
                 .chain(each("capsule.to.xyz", to))
                 .chain([("capsule.radius", 0, radius)])
                 .collect(),
+            ObstacleShape::Disc { centre, radius, .. } => each("disc.centre.xyz", &mut centre[..2])
+                .chain([("disc.radius", 0, radius)])
+                .collect(),
+            ObstacleShape::Segment { from, to, radius } => each("segment.from.xyz", &mut from[..2])
+                .chain(each("segment.to.xyz", &mut to[..2]))
+                .chain([("segment.radius", 0, radius)])
+                .collect(),
+            ObstacleShape::Polygon(corners) => {
+                each("polygon[]", corners.as_flattened_mut()).collect()
+            }
             ObstacleShape::Box { centre, sides, .. } => each("box.centre.xyz", centre)
                 .chain(each("box.sides.xyz", sides))
                 .collect(),

@@ -114,8 +114,13 @@ fn drop_planar_defaults(scene: &Scene, tables: &mut serde_json::Map<String, Valu
 }
 
 /// Names of the fields that hold vectors of the plane.
-const VECTORS: [&str; 6] = [
+const VECTORS: [&str; 11] = [
+    "centre",
+    "from",
+    "normal",
+    "point",
     "position",
+    "to",
     "velocity",
     "gravity",
     "dead",

@@ -2,8 +2,8 @@
 
 use super::parameter::*;
 use super::{
-    AssemblyBody, AssemblyRod, AssemblyScene, Body, Clamp, ClampMotion, Component, Damping,
-    Diagonal, End, Extent, Force, FrictionLaw, Groove, History, InitialShape, Joint, Load,
+    AssemblyBody, AssemblyRod, AssemblyScene, Body, BodyShape, Clamp, ClampMotion, Component,
+    Damping, Diagonal, End, Extent, Force, FrictionLaw, Groove, History, InitialShape, Joint, Load,
     LoadAlong, LoadPlace, Loads, Maxwell, Orientation, Pull, Pulse, Ramp, RelaxedAt, Rod, RodLoad,
     Scene, SceneKind, Section, Sine, Site, SiteJoint, Start, StrainField, StrainMatrix, StrainRate,
     Tendon, Translation, Turn,
@@ -103,10 +103,22 @@ impl Scene {
         }
         for (k, obstacle) in self.obstacles.iter_mut().enumerate() {
             all.at("obstacle[]", k, Any);
-            for (field, i, slot) in obstacle.lengths_mut() {
+            all.add("friction", Quantity::Ratio, &mut obstacle.friction);
+            all.add("restitution", Quantity::Ratio, &mut obstacle.restitution);
+            if let Some(motion) = &mut obstacle.motion {
+                let displaced = &mut motion.translate;
+                all.translation("obstacle[].motion.translate", k, displaced);
+            }
+            all.at("obstacle[]", k, Any);
+            for (field, i, slot) in obstacle.shape.lengths_mut() {
                 all.push(field, i, Quantity::Length, slot);
             }
         }
+        all.at("contact", 0, Any);
+        let rules = &mut self.contact;
+        all.add("friction", Quantity::Ratio, [&mut rules.friction]);
+        all.add("restitution", Quantity::Ratio, [&mut rules.restitution]);
+        all.add("settle_speed", Quantity::Velocity, &mut rules.settle_speed);
         if let Some(run) = &mut self.run {
             all.at("run", 0, Normal);
             all.add("duration", Quantity::Time, [&mut run.duration]);
@@ -235,18 +247,7 @@ impl<'a> Registry<'a> {
 
     /// Adds the numbers of the motion of a clamp.
     pub fn motion(&mut self, motion: &'a mut ClampMotion) {
-        self.at("clamp.motion.translate", 0, Any);
-        match &mut motion.translate {
-            None => {}
-            Some(Translation::Sine { sine, .. }) => self.sine(Quantity::Length, sine),
-            Some(Translation::Table(rows)) => {
-                for row in rows {
-                    let (time, place) = row.split_at_mut(1);
-                    self.add("time", Quantity::Time, time);
-                    self.add("place[]", Quantity::Length, place);
-                }
-            }
-        }
+        self.translation("clamp.motion.translate", 0, &mut motion.translate);
         self.at("clamp.motion.turn", 0, Any);
         match &mut motion.turn {
             None => {}
@@ -257,6 +258,27 @@ impl<'a> Registry<'a> {
                 for [time, vector @ ..] in table {
                     self.add("time", Quantity::Time, [time]);
                     self.add("vector[]", Quantity::Ratio, vector);
+                }
+            }
+        }
+    }
+
+    /// Adds the numbers of a displacement in time.
+    fn translation(
+        &mut self,
+        table: &'static str,
+        k: usize,
+        translate: &'a mut Option<Translation>,
+    ) {
+        self.at(table, k, Any);
+        match translate {
+            None => {}
+            Some(Translation::Sine { sine, .. }) => self.sine(Quantity::Length, sine),
+            Some(Translation::Table(rows)) => {
+                for row in rows {
+                    let (time, place) = row.split_at_mut(1);
+                    self.add("time", Quantity::Time, time);
+                    self.add("place[]", Quantity::Length, place);
                 }
             }
         }
@@ -419,6 +441,11 @@ impl<'a> Registry<'a> {
     pub fn body(&mut self, body: &'a mut Body) {
         self.at("body", 0, Any);
         self.add("mass", Quantity::Mass, [&mut body.mass]);
+        if let Some(BodyShape::Ball(diameter)) = &mut body.shape {
+            self.at("body", 0, Normal);
+            self.add("shape.ball", Quantity::Length, [diameter]);
+            self.at("body", 0, Any);
+        }
         self.groove(body.groove.as_mut());
         if let Joint::Weld {
             offset,

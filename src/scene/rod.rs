@@ -2,7 +2,7 @@
 
 use super::{Drive, RodLoad, Section, Tendon, section::flattened};
 use crate::section::rate::{Damping, Maxwell, StrainMatrix};
-use crate::section::{MassAlong, Rest};
+use crate::section::{Centreline, MassAlong, Rest};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -28,6 +28,9 @@ pub struct Rod {
     pub section: Section,
     /// `[rod.rest]`: strains without load; only in space.
     pub rest: Rest,
+    /// The curve through points that gave the rest shape, if any.
+    #[serde(skip)]
+    pub centreline: Option<Centreline>,
     /// `[rod.drive]`: what is added to the rest strains; only in space, in statics.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,

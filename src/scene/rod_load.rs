@@ -110,6 +110,31 @@ impl Rod {
         let dead = self.loads.iter().filter(|load| load.is_dead_force());
         sum(dead.map(|load| load.spread(load.applied()[0], self.length)))
     }
+
+    /// True if the list has a load inside the rod without a potential: a couple, or a load that turns with the rod.
+    pub(super) fn has_turning_loads(&self) -> bool {
+        let mut inside = self.loads.iter().filter(|load| !load.is_on_end());
+        inside.any(|load| load.follows || load.couple != [0.0; 3])
+    }
+
+    /// Loads of the list inside the rod that have no potential.
+    ///
+    /// # Errors
+    /// A place outside of the rod.
+    pub(super) fn turning_loads(&self) -> Result<LoadsWithoutPotential> {
+        let listed = |follows: bool, part: usize| {
+            let those = self
+                .loads
+                .iter()
+                .filter(move |load| load.follows == follows);
+            sum(those.map(|load| load.spread(load.applied()[part], self.length)))
+        };
+        Ok(LoadsWithoutPotential {
+            follower_force: listed(true, 0)?,
+            couple: listed(false, 1)?,
+            follower_couple: listed(true, 1)?,
+        })
+    }
 }
 
 impl Scene {
@@ -119,24 +144,16 @@ impl Scene {
     /// # Errors
     /// As [`LoadAlong::on`]; a place outside of the rod.
     pub fn followers(&self) -> Result<Option<LoadsWithoutPotential>> {
-        let length = self.rod.length;
-        let inside = || self.rod.loads.iter().filter(|load| !load.is_on_end());
-        let without = |load: &RodLoad| load.follows || load.couple != [0.0; 3];
-        let listed = |follows: bool, part: usize| {
-            let those = inside().filter(move |load| load.follows == follows);
-            sum(those.map(|load| load.spread(load.applied()[part], length)))
-        };
-        let any = inside().any(without) || self.varies(Parameter::is_listed_couple);
+        let any = self.rod.has_turning_loads() || self.varies(Parameter::is_listed_couple);
         if !(any || self.is_followed_along()) {
             return Ok(None);
         }
-        let along = LoadAlong::on(&self.loads.follower, length)?;
+        let along = LoadAlong::on(&self.loads.follower, self.rod.length)?;
+        let along = along.mapped(|f| f * self.loads.load);
+        let listed = self.rod.turning_loads()?;
         Ok(Some(LoadsWithoutPotential {
-            follower_force: along
-                .mapped(|f| f * self.loads.load)
-                .plus(&listed(true, 0)?)?,
-            couple: listed(false, 1)?,
-            follower_couple: listed(true, 1)?,
+            follower_force: along.plus(&listed.follower_force)?,
+            ..listed
         }))
     }
 }

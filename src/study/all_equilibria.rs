@@ -28,6 +28,8 @@ pub struct AllEquilibriaRecord {
     pub states: Vec<StateRecord>,
     /// True if the loads have a potential: only then the index decides stability.
     pub conservative: bool,
+    /// False for loads on rods without a potential: indices have no meaning.
+    pub indexed: bool,
     /// Sentence on the proven completeness of the list.
     pub proven: String,
     /// Phrase on the range of the search for further equilibria.
@@ -144,6 +146,7 @@ fn of_rod(scene: &Scene, lambda_max: f64, hooks: &mut dyn Hooks) -> Result<AllEq
         units: scene.units,
         states,
         conservative,
+        indexed: !problem.is_mixed(),
         proven,
         sought,
         interrupted,
@@ -247,6 +250,7 @@ fn of_assembly(scene: &Scene, hooks: &mut dyn Hooks) -> Result<AllEquilibriaReco
         units: scene.units,
         states: states.collect::<Result<_>>()?,
         conservative: assembly.is_conservative(0.0),
+        indexed: !assembly.has_turning(),
         proven: "nothing is proven: there may be more".to_owned(),
         sought: format!(
             "turns and displacements of the bodies and base wrenches of the rods up to {bound:.0} all together (in radians, mean lengths of the rods, \
@@ -321,7 +325,7 @@ impl AllEquilibriaRecord {
             json!({
                 "number": k + 1,
                 "energy": state.energy,
-                "index": state.index,
+                "index": self.indexed.then_some(state.index),
                 "index_in_plane": state.index_in_plane,
                 "stable": self.conservative.then_some(state.index == 0),
                 "neutral": state.neutral,
@@ -360,7 +364,7 @@ impl AllEquilibriaRecord {
             table.push(&[
                 (k + 1).into(),
                 state.energy.into(),
-                state.index.into(),
+                self.indexed.then_some(state.index).into(),
                 state.index_in_plane.into(),
                 if state.neutral { "neutral" } else { "" }.into(),
                 state.how.into(),

@@ -34,6 +34,8 @@ pub struct AssemblyEquilibriumRecord {
     pub index: usize,
     /// True if the loads have a potential: only then the index decides stability.
     pub conservative: bool,
+    /// False for loads along rods without a potential: the index has no meaning.
+    pub indexed: bool,
     /// Largest residual of the equations, in the units of the rods.
     pub residual: f64,
     /// True if the equilibrium was found near the guess of the scene; `None` without a guess.
@@ -123,6 +125,7 @@ pub(in crate::study) fn described(
         energy: found.energy * k.energy,
         index: found.index,
         conservative: setup.assembly.is_conservative(0.0),
+        indexed: !setup.assembly.has_turning(),
         residual: found.residual,
         from_guess: guess.then_some(near),
         fallen: found.route == AssemblyRoute::Fallen,
@@ -156,7 +159,7 @@ impl AssemblyEquilibriumRecord {
             "bodies": bodies.collect::<Map<_, _>>(),
             "rods": rods.collect::<Map<_, _>>(),
             "energy": self.energy,
-            "index": self.index,
+            "index": self.indexed.then_some(self.index),
             "stable": self.conservative.then_some(self.index == 0),
             "conservative": self.conservative,
             "residual": self.residual,

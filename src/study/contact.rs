@@ -30,8 +30,8 @@ pub struct ContactsRecord {
     pub obstacles: Vec<Obstacle>,
     /// Least gap between rod and obstacles apart from the contacts; infinite if every place touches.
     pub min_gap: f64,
-    /// Morse index with contacts of reaction 0 set free.
-    pub index_released: usize,
+    /// Morse index with contacts of reaction 0 set free; None where the rod lies along an obstacle.
+    pub index_released: Option<usize>,
     /// Number of neutral modes, counted as stable.
     pub neutral: usize,
 }
@@ -86,7 +86,7 @@ fn described(among: &ContactProblem, at: &ContactEquilibrium, guessed: bool) -> 
         base: at.base,
         end: at.end.clone(),
         potential: at.potential,
-        index: at.index,
+        index: at.index.unwrap_or(0),
         residual: at.residual,
         route: Route {
             from_guess: guessed,
@@ -135,6 +135,12 @@ impl ContactsRecord {
                 "position": touch.position.as_slice(),
                 "normal": touch.normal.as_slice(),
                 "relative_curvature": touch.relative_curvature,
+                "line": touch.line.map(|line| json!({
+                    "length": line.length,
+                    "reaction_at_start": line.at_start,
+                    "reaction_at_end": line.at_end,
+                    "pressure_total": line.pressed,
+                })),
             })
         });
         json!({
@@ -167,7 +173,13 @@ impl ContactsRecord {
         };
         let mut columns = vec![
             Column::words("obstacle", "name of the obstacle"),
+            Column::words("kind", "point or line"),
             real("s", units.length(), "arclength of the unloaded rod"),
+            real(
+                "s_to",
+                units.length(),
+                "arclength of the end of a line; that of a point",
+            ),
         ];
         for name in ["x", "y", "z"] {
             columns.push(real(name, units.length(), "place of the centreline"));
@@ -178,16 +190,24 @@ impl ContactsRecord {
         columns.push(real(
             "normal",
             units.force(),
-            "reaction along the normal, on the rod",
+            "reaction along the normal, on the rod; of a line the sum of its end reactions and its pressure",
         ));
         let mut table = Table::new("contacts", columns);
         for contact in &self.each {
             let touch = &contact.touch;
-            let numbers = std::iter::once(touch.s)
+            let length = touch.line.map_or(0.0, |line| line.length);
+            let numbers = [touch.s, touch.s + length]
+                .into_iter()
                 .chain(touch.position.iter().copied())
                 .chain(touch.normal.iter().copied())
                 .chain([touch.reaction]);
-            let row: Vec<Cell> = std::iter::once(Cell::from(contact.obstacle.clone()))
+            let kind = if touch.line.is_some() {
+                "line"
+            } else {
+                "point"
+            };
+            let row: Vec<Cell> = [Cell::from(contact.obstacle.clone()), kind.to_owned().into()]
+                .into_iter()
                 .chain(numbers.map(Cell::Real))
                 .collect();
             table.push(&row)?;

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::math::se3::halves;
 use crate::rod::{Equilibrium, RodSection, ZeroMode};
 use crate::scene::{Scene, Units};
+use crate::section::Centreline;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -29,7 +30,8 @@ pub struct EquilibriumRecord {
     pub zero_modes: Vec<ZeroMode>,
     /// True if the loads have a potential: only then the index decides stability.
     pub conservative: bool,
-    /// True if the equilibrium has an index: no load turns with the rod beside a dead one, or along it.
+    /// True if the equilibrium has an index. There is none where a load turns with the rod beside a dead one, or along
+    /// the rod, and none where the rod lies along an obstacle.
     pub indexed: bool,
     /// True if the inverse of a linear, uniform section law was formed only once.
     pub uniform: bool,
@@ -41,6 +43,8 @@ pub struct EquilibriumRecord {
     pub tendons: Option<TendonsRecord>,
     /// Contacts with the obstacles of the scene; `None` without obstacles.
     pub contacts: Option<ContactsRecord>,
+    /// The curve through points that is the rest shape, if any.
+    pub centreline: Option<Centreline>,
 }
 
 /// Sections of the shape.
@@ -58,6 +62,7 @@ pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
     let record = described_by(pulled, &|places| among.sections(&at, places))?;
     Ok(EquilibriumRecord {
         contacts: Some(ContactsRecord::new(scene, &at)),
+        indexed: record.indexed && at.index.is_some(),
         // An obstacle holds what a symmetry of the rod alone would set free.
         zero_modes: Vec::new(),
         ..record
@@ -112,6 +117,7 @@ fn described_by(
         stations,
         tendons,
         contacts: None,
+        centreline: scene.rod.centreline.clone(),
         found,
     })
 }
@@ -137,7 +143,7 @@ impl EquilibriumRecord {
             "energy": found.end.energy,
             "index": self.indexed.then_some(found.index),
             "zero_modes": self.zero_modes.iter().map(ZeroMode::to_string).collect::<Vec<_>>(),
-            "stable": self.conservative.then_some(found.index == 0),
+            "stable": (self.conservative && self.indexed).then_some(found.index == 0),
             "conservative": self.conservative,
             "residual": found.residual,
             "path": {
@@ -163,6 +169,9 @@ impl EquilibriumRecord {
         }
         if let Some(contacts) = &self.contacts {
             summary["contacts"] = contacts.json();
+        }
+        if let Some(centreline) = &self.centreline {
+            summary["centreline"] = json!(centreline);
         }
         if let Some(weight) = &self.weight {
             summary["weight"] = json!(weight.as_slice());

@@ -106,7 +106,7 @@ pub fn film(
     let time = k.unit(Quantity::Time);
     let mut motion = of.motion()?;
     let duration = motion.duration();
-    let mut camera = Camera {
+    let mut camera = FilmCamera {
         of,
         whole: motion.resolution().is_some(),
         pictures: ThinnedList::new(pictures),
@@ -202,7 +202,7 @@ struct StateFingerprint {
 }
 
 /// Takes pictures and traces.
-struct Camera<'f> {
+struct FilmCamera<'f> {
     of: &'f Prepared,
     /// True if rods move while their ends are fixed.
     whole: bool,
@@ -211,7 +211,7 @@ struct Camera<'f> {
     measure: StateDistance<'f>,
 }
 
-impl Camera<'_> {
+impl FilmCamera<'_> {
     fn look(&self, state: &dyn State) -> Result<Seen> {
         let now = self.of.moment_without_index(state);
         let arm = ARM * self.measure.length;

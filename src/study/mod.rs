@@ -41,6 +41,7 @@ pub use fit::{Data, Fit, FitRecord};
 pub use folds::folds;
 pub use memory::{MemoryRecord, memory};
 pub use modes::{ModesRecord, modes};
+pub use outline::outline_in_plane;
 pub use plan::plan;
 pub use record::{Cell, Column, Csv, Sink, Table, Values, exact, json_text};
 pub use sheets::{SheetsRecord, sheets};

@@ -8,10 +8,12 @@ use std::f64::consts::TAU;
 const ROUND: usize = 49;
 /// Lines of a patch of a plane in each direction.
 const LINES: usize = 5;
+/// Strokes behind the border of a half-space.
+const STROKES: usize = 40;
 /// Lines along a cylinder.
 const STAVES: usize = 12;
 
-type Line = Vec<[f64; 3]>;
+type Polyline = Vec<[f64; 3]>;
 
 /// A ball round the points that a figure shows.
 struct Near {
@@ -27,7 +29,12 @@ fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [first, axis.cross(&first)]
 }
 
-fn circle(centre: &Vector3<f64>, [a, b]: &[Vector3<f64>; 2], radius: f64, part: [f64; 2]) -> Line {
+fn circle(
+    centre: &Vector3<f64>,
+    [a, b]: &[Vector3<f64>; 2],
+    radius: f64,
+    part: [f64; 2],
+) -> Polyline {
     let point = |i: usize| {
         let angle = part[0] + (part[1] - part[0]) * i as f64 / (ROUND - 1) as f64;
         (centre + (a * angle.cos() + b * angle.sin()) * radius).into()
@@ -36,7 +43,7 @@ fn circle(centre: &Vector3<f64>, [a, b]: &[Vector3<f64>; 2], radius: f64, part: 
 }
 
 /// Lines on the surface of an obstacle near these points.
-pub fn outline(obstacle: &Obstacle, points: &[Vector3<f64>]) -> Vec<Line> {
+pub fn outline(obstacle: &Obstacle, points: &[Vector3<f64>]) -> Vec<Polyline> {
     let centre = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let distances = points.iter().map(|p| (p - centre).norm());
     let near = Near {
@@ -69,6 +76,11 @@ pub fn outline(obstacle: &Obstacle, points: &[Vector3<f64>]) -> Vec<Line> {
             }
             lines
         }
+        ObstacleShape::Disc { .. } | ObstacleShape::Segment { .. } | ObstacleShape::Polygon(_) => {
+            let lines = outline_in_plane(obstacle, &near.centre, near.radius);
+            let raised = |line: Vec<[f64; 2]>| line.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
+            lines.into_iter().map(raised).collect()
+        }
         ObstacleShape::Box {
             centre,
             sides,
@@ -83,8 +95,55 @@ pub fn outline(obstacle: &Obstacle, points: &[Vector3<f64>]) -> Vec<Line> {
     }
 }
 
+/// Lines on an obstacle of the plane z = 0, those of a half-space within `radius` of `centre`. Strokes stand behind the
+/// border of a half-space. Other obstacles are closed lines, or the round ends of a bar.
+pub fn outline_in_plane(
+    obstacle: &Obstacle,
+    centre: &Vector3<f64>,
+    radius: f64,
+) -> Vec<Vec<[f64; 2]>> {
+    let flat = |line: Polyline| line.into_iter().map(|[x, y, _]| [x, y]).collect();
+    let axes = [Vector3::x(), Vector3::y()];
+    match &obstacle.shape {
+        ObstacleShape::Plane { point, normal } => {
+            let point = Vector3::from(*point);
+            let normal = Vector3::from(*normal).normalize();
+            let along = Vector3::z().cross(&normal);
+            let middle = centre - normal * (centre - point).dot(&normal);
+            let ends = [-1.0, 1.0].map(|side| middle + along * (side * radius));
+            let mut lines = vec![ends.map(|at| [at.x, at.y]).to_vec()];
+            for i in 0..STROKES {
+                let from = ends[0].lerp(&ends[1], (i as f64 + 0.5) / STROKES as f64);
+                let to = from - (normal + along) * (radius / STROKES as f64);
+                lines.push([from, to].map(|at| [at.x, at.y]).to_vec());
+            }
+            lines
+        }
+        ObstacleShape::Disc { centre, radius, .. } => {
+            vec![flat(circle(&(*centre).into(), &axes, *radius, [0.0, TAU]))]
+        }
+        ObstacleShape::Segment { from, to, radius } => {
+            let (from, to) = (Vector3::from(*from), Vector3::from(*to));
+            let axis = (to - from).normalize();
+            let side = Vector3::z().cross(&axis);
+            let half = [0.0, 0.5 * TAU];
+            let mut line = circle(&to, &[-side, axis], *radius, half);
+            line.extend(circle(&from, &[side, -axis], *radius, half));
+            line.extend(line.first().copied());
+            vec![flat(line)]
+        }
+        ObstacleShape::Polygon(corners) => {
+            vec![corners.iter().chain(corners.first()).copied().collect()]
+        }
+        ObstacleShape::Cylinder { .. }
+        | ObstacleShape::Sphere { .. }
+        | ObstacleShape::Capsule { .. }
+        | ObstacleShape::Box { .. } => Vec::new(),
+    }
+}
+
 /// A square patch below the points.
-fn plane(point: &Vector3<f64>, normal: &Vector3<f64>, near: &Near) -> Vec<Line> {
+fn plane(point: &Vector3<f64>, normal: &Vector3<f64>, near: &Near) -> Vec<Polyline> {
     let normal = normal.normalize();
     let centre = near.centre - normal * (near.centre - point).dot(&normal);
     let [a, b] = across(&normal);
@@ -103,10 +162,10 @@ fn plane(point: &Vector3<f64>, normal: &Vector3<f64>, near: &Near) -> Vec<Line> 
 }
 
 /// Rings and lines of a cylinder between two points of its axis.
-fn barrel(ends: [Vector3<f64>; 2], radius: f64) -> Vec<Line> {
+fn barrel(ends: [Vector3<f64>; 2], radius: f64) -> Vec<Polyline> {
     let [from, to] = ends;
     let sides = across(&(to - from).normalize());
-    let mut lines: Vec<Line> = [0.0, 0.5, 1.0]
+    let mut lines: Vec<Polyline> = [0.0, 0.5, 1.0]
         .map(|part| circle(&(from + (to - from) * part), &sides, radius, [0.0, TAU]))
         .to_vec();
     for i in 0..STAVES {
@@ -117,7 +176,7 @@ fn barrel(ends: [Vector3<f64>; 2], radius: f64) -> Vec<Line> {
     lines
 }
 
-fn sphere(centre: &Vector3<f64>, radius: f64) -> Vec<Line> {
+fn sphere(centre: &Vector3<f64>, radius: f64) -> Vec<Polyline> {
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
     let mut lines = Vec::new();
     for axis in &axes {
@@ -131,7 +190,7 @@ fn sphere(centre: &Vector3<f64>, radius: f64) -> Vec<Line> {
     lines
 }
 
-fn cuboid(centre: &Vector3<f64>, sides: &Vector3<f64>, turn: &Rotation3<f64>) -> Vec<Line> {
+fn cuboid(centre: &Vector3<f64>, sides: &Vector3<f64>, turn: &Rotation3<f64>) -> Vec<Polyline> {
     let corner = |signs: [f64; 3]| {
         let half = 0.5 * sides.component_mul(&Vector3::from(signs));
         (centre + turn * half).into()

@@ -179,17 +179,17 @@ pub fn equilibrium_with_tendons(scene: &Scene) -> Result<Pulled> {
     if wanted.is_empty() {
         return pulled(scene.clone(), scene.guess().as_ref());
     }
-    Search { scene, wanted }.solve()
+    TensionSearch { scene, wanted }.solve()
 }
 
 /// Search for the tensions of tendons of given length.
-struct Search<'a> {
+struct TensionSearch<'a> {
     scene: &'a Scene,
     /// Place among the tendons, and length.
     wanted: Vec<(usize, f64)>,
 }
 
-impl Search<'_> {
+impl TensionSearch<'_> {
     fn at(&self, tensions: &DVector<f64>, guess: Option<&Wrench>) -> Result<Pulled> {
         let mut scene = self.scene.clone();
         for ((k, _), tension) in self.wanted.iter().zip(tensions) {

@@ -13,6 +13,7 @@ fn listed(text: &str) -> AllEquilibriaRecord {
 /// Runge-Kutta steps (PyElastica, issue 475). Catches a state that is missing, a mirror image that is missing, and an
 /// index of the M-shaped state that mixes the plane with space.
 #[test]
+#[ignore = "second tier: 7 s"]
 fn the_clamped_rod_has_its_planar_states() {
     let record = listed(
         r#"
@@ -43,8 +44,7 @@ rotation = { axis = [0, 1, 0], angle_degrees = -30.0 }
         };
         record.states.iter().map(one).collect::<Vec<_>>()
     };
-    // One more of these states, at 89.0713745, is not found: the list does not claim to be complete.
-    for energy in [9.737_617_32, 27.293_570_75, 53.908_315_74] {
+    for energy in [9.737_617_32, 27.293_570_75, 53.908_315_74, 89.071_374_5] {
         assert_eq!(flat(energy).len(), 1, "{energy}: {:?}", told());
     }
     assert_eq!(flat(35.567_957_8).len(), 2, "{:?}", told());

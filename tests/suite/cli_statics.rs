@@ -624,14 +624,16 @@ fn odd_statics_are_solved() {
     assert_eq!(free["energy"], 0.0);
 }
 
-/// Catches a lost branch missing from the exit code or from the first line of the output: a round column has no
-/// isolated branch.
+/// Catches a lost branch missing from the exit code or from the first line of the output: a round column of an assembly
+/// has no isolated branch.
 #[test]
 fn a_lost_branch_is_an_exit_code_and_the_first_line() {
     let place = Place::new("lost-branch");
-    let column = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 0.8 }\n\
-                  [end]\nforce = [0.0, 0.0, -1.0]\n\
-                  [continue]\nparameter = \"end.load\"\nfrom = 0.0\nto = 3.0\nswitch = true\n";
+    let column = "[[rod]]\nname = \"column\"\nmodel = \"cosserat\"\nlength = 1.0\n\
+                  section = { bending = [1.0, 1.0], torsion = 0.8 }\n\
+                  from = { position = [0.0, 0.0, 0.0] }\nto = { body = \"top\" }\n\
+                  [[body]]\nname = \"top\"\nforce = [0.0, 0.0, -1.0]\n\
+                  [continue]\nparameter = \"body.top.force.z\"\nfrom = -0.5\nto = -3.0\nswitch = true\n";
     let summary = run(&place, "branch", column).json(1);
     assert_eq!(summary["complete"], false);
     let lost = summary["lost"][0].as_str().expect("what is lost");

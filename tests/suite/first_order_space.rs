@@ -165,7 +165,7 @@ fn planar(at: &Equilibrium, eps: f64, gravity: [f64; 2], v: [f64; 2], t: f64) ->
     let body = PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap();
     let body = body.with_rod(Arc::new(rod));
     let start = Some(Vector2::new(at.p, at.w));
-    let mut run = on_elastica(&body, start, v.into(), options(t)).unwrap();
+    let mut run = on_elastica(&body, start, v.into(), None, options(t)).unwrap();
     while run.advance().is_some() {}
     let end = run.now().pose().translation.vector;
     [end.x, end.y]

@@ -293,7 +293,7 @@ fn faults_of_loads_are_told() {
                 13,
                 "load[0].follows",
                 FaultKind::Conflict,
-                "statics of one rod",
+                "are for statics",
             ),
         ),
         (

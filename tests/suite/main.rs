@@ -15,6 +15,7 @@ mod bar_scenes;
 mod bar_schemes;
 mod bar_strong;
 mod bar_waves;
+mod bodies_on_rods_that_hit;
 mod bodies_that_hit;
 mod bounces_space;
 #[cfg(feature = "scene")]
@@ -130,6 +131,8 @@ mod motion_in_space;
 #[cfg(feature = "cli")]
 mod moving_joints;
 #[cfg(feature = "cli")]
+#[cfg(feature = "scene")]
+mod obstacle_scenes;
 mod obstacles;
 mod outputs;
 #[cfg(feature = "cli")]
@@ -159,6 +162,8 @@ mod program;
 mod records;
 mod reductions;
 mod reductions_shear;
+#[cfg(feature = "scene")]
+mod rest_centreline;
 mod rigid_body;
 mod rod_benchmarks;
 mod rod_index;

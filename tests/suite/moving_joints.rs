@@ -417,3 +417,229 @@ fn what_joints_do_not_do_is_refused_by_name() {
         assert!(why.contains(word), "{why}");
     }
 }
+
+/// Catches any wrong term of a joint of rods in elements. Springs that hold a joint share no equation with the
+/// multipliers of rods by strains at nodes.
+fn elements_and_nodes_agree(ends: [&str; 2]) {
+    let own = "mass = 0.3\ninertia = \"full\"\ndamping = { proportional = 0.02 }\n\
+               section_inertia = [1e-3, 1e-3, 2e-3]\n";
+    let times = [0.1, 0.2];
+    let nodes = thrown(
+        ends,
+        &format!("{own}nodes = 10\n"),
+        "duration = 0.2\ntolerance = 1e-6",
+    );
+    let elements = thrown(ends, own, "duration = 0.2\ntolerance = 1e-4");
+    let off = apart(&sampled(&nodes, &times), &sampled(&elements, &times));
+    assert!(off < 2e-3, "{ends:?}: {off:e}");
+    let closing = &ran(&elements).branches[0].closing;
+    assert!(
+        closing.error < 1e-3 * closing.largest,
+        "{ends:?}: {closing:?}"
+    );
+}
+
+/// See [`elements_and_nodes_agree`].
+#[test]
+fn a_hinge_of_rods_in_elements_is_that_of_rods_by_strains() {
+    elements_and_nodes_agree([JOINTS[0], JOINTS[2]]);
+}
+
+/// See [`elements_and_nodes_agree`].
+#[test]
+#[ignore = "second tier: 20 s"]
+fn joints_of_rods_in_elements_are_those_of_rods_by_strains() {
+    for ends in all_ends() {
+        elements_and_nodes_agree(ends);
+    }
+}
+
+/// The last state of a run: place of the first body.
+fn last_place(text: &str) -> nalgebra::Vector3<f64> {
+    let record = ran(text);
+    let branch = &record.branches[0];
+    assert!(
+        branch.closing.error < 1e-3 * branch.closing.largest,
+        "{text}: {:?}",
+        branch.closing
+    );
+    branch.last.bodies[0].pose.translation.vector
+}
+
+/// Catches a single rod on joints that is another than the assembly of one rod: a field that is lost on the way.
+#[test]
+fn a_single_rod_on_joints_is_an_assembly_of_one() {
+    let body = "mass = 1.0\noffset = [0.05, 0.0, 0.1]\ninertia = [0.02, 0.02, 0.02]\n";
+    let rod = "model = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.4], torsion = 0.8 }\n\
+               rest = { curvature = [0.9, 0.5], twist = 0.2 }\n";
+    let turn = "motion = { turn = { axis = [0.2, 0.5, 1.0], rate = 0.3 } }";
+    let run = "duration = 0.5\ntolerance = 1e-8";
+    let joint = "joint = \"hinge\"\naxis = [0.3, 1.0, 0.2]\nstiffness = 2.0\n";
+    let single = format!(
+        "[rod]\n{rod}[clamp]\nposition = [0.1, 0.0, 0.0]\n{joint}{turn}\n[body]\n{body}joint = \"universal\"\n\
+         axis = [0.0, 1.0, 0.0]\nsecond_axis = [1.0, 0.0, 0.0]\nstiffness = 3.0\n\
+         [loads]\ngravity = [0.0, 0.3, -0.5]\ndead = [0.1, 0.0, 0.0]\ndrag = 0.3\n\
+         [start]\nsettled = true\nvelocity = [0.2, 0.3, -0.1]\nangular_velocity = [0.4, 0.3, 0.5]\n[run]\n{run}\n"
+    );
+    let assembly = format!(
+        "[[rod]]\nname = \"a\"\n{rod}to = {{ body = \"m\", joint = \"universal\", axis = [0.0, 1.0, 0.0], \
+         second_axis = [1.0, 0.0, 0.0], stiffness = 3.0 }}\n[rod.from]\nposition = [0.1, 0.0, 0.0]\n{joint}{turn}\n\
+         [[body]]\nname = \"m\"\n{body}force = [0.1, 0.0, 0.0]\ndrag = 0.3\nvelocity = [0.2, 0.3, -0.1]\n\
+         angular_velocity = [0.4, 0.3, 0.5]\n[loads]\ngravity = [0.0, 0.3, -0.5]\n[run]\n{run}\n"
+    );
+    let off = (last_place(&single) - last_place(&assembly)).norm();
+    assert!(off < 1e-12, "{off:e}");
+}
+
+/// Catches a planar rod on a hinge that leaves its plane, or turns about another axis. A stiff rod with a heavy mass is
+/// a pendulum, whose quarter of a period is known for a small start.
+#[test]
+fn a_planar_rod_on_a_hinge_swings_in_its_plane() {
+    let (start, mass): (f64, f64) = (0.1, 0.01);
+    let quarter = PI / 2.0 * ((1.0 + mass / 3.0) / (1.0 + mass / 2.0)).sqrt();
+    let text = format!(
+        "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 100.0\nmass = {mass:?}\ninertia = \"full\"\n\
+         [clamp]\nangle = {:?}\njoint = \"hinge\"\n[body]\nmass = 1.0\n\
+         [loads]\ngravity = [0.0, -1.0]\n[start]\nrest = \"straight\"\n[run]\nduration = {:?}\ntolerance = 1e-5\n",
+        start - PI / 2.0,
+        quarter * (1.0 + start * start / 16.0)
+    );
+    let place = last_place(&text);
+    assert!(place.z.abs() < 1e-9, "{place}");
+    assert!(
+        place.x.abs() < 1e-4 && (place.y + 1.0).abs() < 1e-4,
+        "{place}"
+    );
+}
+
+/// Rows of columns of a run at the times.
+fn columns_at(text: &str, names: &[&str], times: &[f64]) -> Vec<Vec<f64>> {
+    let prepared = Prepared::new(&parsed(text)).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    let table =
+        samples(&prepared, times, &mut Silent).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    let csv = table.csv();
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let all = lines.next().expect("names");
+    let own: Vec<usize> = names
+        .iter()
+        .map(|name| all.iter().position(|other| other == name))
+        .map(|found| found.unwrap_or_else(|| panic!("{names:?} in {all:?}")))
+        .collect();
+    lines
+        .map(|row| {
+            own.iter()
+                .map(|i| row[*i].parse().expect("a number"))
+                .collect()
+        })
+        .collect()
+}
+
+/// Catches an angle or a shift of a joint that is not that of the motion: its rate must be the slope of the angle, of
+/// rods without mass and with theirs, at either end.
+#[test]
+fn angles_and_shifts_of_joints_have_their_rates() {
+    let hinge = "joint = \"hinge\", axis = [0.3,1.0,0.2], stiffness = 2.0";
+    let slider = "joint = \"slider\", axis = [1.0,0.2,0.3], stiffness = 3.0";
+    let heavy = "mass = 0.3\ninertia = \"full\"\ndamping = { proportional = 0.02 }\n\
+                 section_inertia = [1e-3, 1e-3, 2e-3]\nnodes = 8\n";
+    let names = [
+        "a.from.angle",
+        "a.from.angle_rate",
+        "a.to.shift",
+        "a.to.shift_rate",
+    ];
+    for own in ["", heavy] {
+        let text = thrown([hinge, slider], own, "duration = 0.3\ntolerance = 1e-8");
+        let h = 1e-3;
+        let rows = columns_at(&text, &names, &[0.2 - h, 0.2, 0.2 + h]);
+        for (at, rate) in [(0, 1), (2, 3)] {
+            let slope = (rows[2][at] - rows[0][at]) / (2.0 * h);
+            assert!(rows[1][rate].abs() > 1e-3, "{rows:?}");
+            near(slope, rows[1][rate], 1e-3, names[rate]);
+        }
+    }
+}
+
+/// Catches rods on one hinge that count as touching at the hinge.
+#[test]
+fn rods_on_one_hinge_do_not_touch_there() {
+    let rod = "model = \"cosserat\"\nlength = 0.3\nmaterial = { E = 200e9, nu = 0.3 }\n\
+               section = { rectangle = { width = 0.02, thickness = 0.0005 } }\n";
+    let level = "rotation = { axis = [0.0, 1.0, 0.0], angle_degrees = 90.0 }";
+    let text = format!(
+        "units = \"si\"\n[[rod]]\nname = \"a\"\n{rod}from = {{ {level} }}\nto = {{ body = \"n\", {level} }}\n\
+         [[rod]]\nname = \"b\"\n{rod}from = {{ body = \"n\", {level}, {HINGE} }}\nto = {{ body = \"m\", {level} }}\n\
+         [[body]]\nname = \"n\"\nmass = 0.02\ninertia = [1e-6, 1e-6, 1e-6]\n\
+         [[body]]\nname = \"m\"\nmass = 0.02\ninertia = [1e-6, 1e-6, 1e-6]\nvelocity = [0.01, 0.0, 0.0]\n\
+         [loads]\ngravity = [0.0, 0.0, -9.81]\n[run]\nduration = 0.01\n"
+    );
+    let record = ran(&text);
+    assert!(record.reason().is_none(), "{:?}", record.reason());
+}
+
+/// Catches strain rates of a straight rod that starts with its turning clamp under gravity: it moves as a rigid one.
+#[test]
+fn a_straight_rod_starts_with_its_turning_clamp() {
+    let text = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 1.0\ninertia = \"full\"\n\
+                section = { bending = [1.0, 1.0], torsion = 1.0 }\n\
+                [clamp]\nmotion = { turn = { axis = [0.0, 1.0, 0.0], rate = 2.0 } }\n\
+                [[station]]\nname = \"mid\"\ns = 0.5\n\
+                [loads]\ngravity = [1.0, 0.0, 0.0]\n[start]\nrest = \"straight\"\nwith_clamp = true\n\
+                [run]\nduration = 0.01\n";
+    let row = &columns_at(text, &["mid.vx", "mid.vz", "vx"], &[0.0])[0];
+    assert!(
+        (row[0] - 1.0).abs() < 1e-9 && row[1].abs() < 1e-9,
+        "{row:?}"
+    );
+    assert!((row[2] - 2.0).abs() < 1e-9, "{row:?}");
+}
+
+/// Catches a planar assembly whose motion leaves its plane, or that is another than its rods say: it is that of rods in
+/// space that are stiffer out of the plane.
+#[test]
+fn a_planar_frame_moves_in_its_plane() {
+    let leg = |own: &str, name: &str, x: f64| {
+        format!(
+            "[[rod]]\nname = \"{name}\"\n{own}length = 1.0\nfrom = {{ position = [{x:?}, 0.0, 0.0] }}\n\
+             to = {{ body = \"m\", position = [{x:?}, 0.0, 0.0] }}\nrest = {{ curvature = [0.0, {:?}] }}\n",
+            1.8 * x
+        )
+    };
+    let body = "[[body]]\nname = \"m\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nvelocity = [0.3, 0.0, 0.0]\n\
+                [loads]\ngravity = [0.0, 0.0, -1.0]\n[run]\nduration = 1.0\ntolerance = 1e-9\n";
+    let frame = |top: &str, own: &str| {
+        let text = format!("{top}{}{}{body}", leg(own, "a", -0.5), leg(own, "b", 0.5));
+        let rows = columns_at(&text, &["m.x", "m.y", "m.z", "m.wy"], &[0.5, 1.0]);
+        assert!(rows.iter().all(|row| row[1].abs() < 1e-12), "{rows:?}");
+        rows
+    };
+    let plane = frame(
+        "plane = [0.0, 1.0, 0.0]\n",
+        "model = \"elastica\"\nbending_stiffness = 1.0\n",
+    );
+    let space = frame(
+        "",
+        "model = \"cosserat\"\nsection = { bending = [10.0, 1.0], torsion = 10.0 }\n",
+    );
+    assert!(apart(&plane, &space) < 1e-9, "{plane:?}, {space:?}");
+    assert!((plane[0][0] - plane[1][0]).abs() > 1e-2, "{plane:?}");
+}
+
+/// Catches what is held rigid in elements and gives under a pull: a mass hangs at rest on a string of sqrt(F L^2/B) =
+/// 1000 that neither stretches nor shears, and swings on it.
+#[test]
+fn a_heavy_mass_does_not_stretch_a_string_in_elements() {
+    for across in [0.0, 0.1] {
+        let text = format!(
+            "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.01\ninertia = \"full\"\n\
+             section = {{ bending = [1e-6, 1e-6], torsion = 1e-6 }}\n\
+             [clamp]\nrotation = {{ axis = [0.0, 1.0, 0.0], angle_degrees = 180.0 }}\njoint = \"hinge\"\naxis = [0.0, 1.0, 0.0]\n\
+             [body]\nmass = 1.0\ninertia = [0.01, 0.01, 0.01]\n[loads]\ngravity = [0.0, 0.0, -1.0]\n\
+             [start]\nrest = \"straight\"\nvelocity = [{across:?}, 0.0, 0.0]\n[run]\nduration = 0.5\ntolerance = 1e-3\n"
+        );
+        let record = ran(&text);
+        assert!(record.reason().is_none(), "{:?}", record.reason());
+        let place = record.branches[0].last.bodies[0].pose.translation.vector;
+        assert!((place.norm() - 1.0).abs() < 1e-3, "{across}: {place}");
+    }
+}

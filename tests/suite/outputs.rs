@@ -28,6 +28,10 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
             ),
         ],
     ),
+    (
+        "bounce_on_floor",
+        &[("tolerance = 1e-13", "[contact]\nfriction = 0.15")],
+    ),
     ("bounce", &[("duration = 20.0", "duration = 2.0")]),
     ("viscous", &[("duration = 3.0", "duration = 0.2")]),
     ("heavy_snap", &[("duration = 0.2", "duration = 0.06")]),
@@ -79,8 +83,11 @@ fn columns(names: &mut Names, section: &str, table: &Table) {
         // Only stations have resultants along directors.
         let station = column.name.rsplit_once('.').map(|(station, _)| station);
         let of_station = station.filter(|name| table.column(&format!("{name}.n3")).is_some());
+        let last = column.name.rsplit('.').next().unwrap_or_default();
+        let of_joint = last.starts_with("angle") || last.starts_with("shift");
         let section = match of_station {
             Some(_) => "trajectory.csv, stations",
+            None if of_joint && section.starts_with("trajectory") => "trajectory.csv, joints",
             None => section,
         };
         let section = names.entry(section.to_owned()).or_default();
@@ -99,7 +106,7 @@ fn paths(names: &mut BTreeSet<String>, path: &str, value: &Value) {
         Value::Object(map) => {
             for (key, value) in map {
                 let key = match path.rsplit('.').next() {
-                    Some("bodies" | "free_ends" | "rods") => "NAME",
+                    Some("bodies" | "counts" | "free_ends" | "rods") => "NAME",
                     _ => key,
                 };
                 let path = match path {
@@ -156,14 +163,20 @@ fn written() -> Names {
         };
         paths(names.entry(summaries.to_owned()).or_default(), "", &summary);
         for event in &found.events {
-            let kind = format!("events.json, {}", event["kind"].as_str().unwrap());
+            let kind = match event["kind"].as_str().unwrap() {
+                "accumulation" | "slip" | "stick" | "reverse" | "release" => "contact",
+                kind => kind,
+            };
+            let kind = format!("events.json, {kind}");
             paths(names.entry(kind).or_default(), "", event);
         }
     }
     for (name, kind) in [
         ("cantilever", "one rod"),
         ("heavy_column", "one rod"),
+        ("hook", "one rod"),
         ("peg", "one rod"),
+        ("pipe", "one rod"),
         ("arch", "several rods and bodies"),
     ] {
         let (summary, table) = dispatch::rest(&scene(name, &[])).unwrap();
@@ -171,6 +184,16 @@ fn written() -> Names {
         let file = format!("equilibrium.json, {kind}");
         paths(names.entry(file).or_default(), "", &summary);
     }
+    let joint = [(
+        "joint = \"hinge\", axis = [0.0, 1.0, 0.0]",
+        "joint = \"universal\", axis = [0.0, 1.0, 0.0], second_axis = [1.0, 0.0, 0.0], slide = [0.0, 0.0, 1.0]",
+    )];
+    let jointed = dispatch::columns(&scene("toggle", &joint)).unwrap();
+    columns(
+        &mut names,
+        "trajectory.csv, several rods and bodies",
+        &jointed,
+    );
     let record = all_equilibria(&scene("cantilever", &[]), 14.0, &mut Silent).unwrap();
     columns(&mut names, "equilibria.csv", &record.table().unwrap());
     let mut summary = record.summary();

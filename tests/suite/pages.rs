@@ -216,6 +216,29 @@ fn a_page_holds_the_branch() {
     assert!((parameter[fold] + 0.612021928).abs() < step);
 }
 
+/// Catches equilibria in another order than the list, and shapes that are not theirs: stable ones come first, by
+/// energy, and every rod ends where it is held.
+#[test]
+fn a_page_holds_the_equilibria() {
+    let place = Place::new("equilibria-page");
+    let scene = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [40.0, 1.0], torsion = 30.0 }\n\
+                 [end]\nposition = [0.35, 0.0, 0.3]\n";
+    place.write("held.toml", scene);
+    let text = page(&place, "equilibria", "held.toml", &[]);
+    let data = data(&text);
+    let states = data["states"].as_array().unwrap();
+    assert!(states.len() > 2, "{}", states.len());
+    let key = |state: &Value| (state["index"] != 0, state["energy"].as_f64().unwrap());
+    assert!(states.windows(2).all(|pair| key(&pair[0]) <= key(&pair[1])));
+    for state in states {
+        let (places, fine) = reals(&state["rods"][0]["at"]);
+        let end = &places[places.len() - 3..];
+        for (x, wanted) in end.iter().zip([0.35, 0.0, 0.3]) {
+            assert!((x - wanted).abs() < fine, "{end:?}");
+        }
+    }
+}
+
 /// Catches rods off their nodes, and counts in conflict with the map.
 #[test]
 fn a_page_holds_the_sheets() {

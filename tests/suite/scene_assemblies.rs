@@ -308,12 +308,12 @@ const ROD: &str =
     "model = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n";
 
 /// Would catch a fault that hides another, or is reported at the wrong place. Faults: a misspelt body, a duplicate
-/// name, a rod on a point mass without its ball joint, an impossible inertia, friction, and a body without rods.
+/// name, a rod welded to a point mass, an impossible inertia, friction, and a body without rods.
 #[test]
 fn every_fault_of_an_assembly_is_found_at_once() {
     let text = format!(
         "[[rod]]\nname = \"a\"\n{ROD}from = {{}}\nto = {{ body = \"plattform\" }}\n\
-         [[rod]]\nname = \"a\"\n{ROD}from = {{}}\nto = {{ body = \"mass\" }}\ndamping = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\n\
+         [[rod]]\nname = \"a\"\n{ROD}from = {{}}\nto = {{ body = \"mass\", joint = \"weld\" }}\ndamping = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\n\
          [[body]]\nname = \"platform\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.3]\n\
          [[body]]\nname = \"mass\"\nmass = 1.0\nvelocity = [1.0, 0.0, 0.0]\n"
     );
@@ -321,7 +321,7 @@ fn every_fault_of_an_assembly_is_found_at_once() {
     let want = [
         (7, FaultKind::Unknown, "rod[0].to.body"),
         (9, FaultKind::Conflict, "rod[1].name"),
-        (14, FaultKind::Conflict, "rod[1].to"),
+        (14, FaultKind::Conflict, "rod[1].to.joint"),
         (15, FaultKind::Conflict, "rod[1].damping"),
         (19, FaultKind::Value, "body[0].inertia"),
         (23, FaultKind::Conflict, "body[1].velocity"),

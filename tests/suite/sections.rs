@@ -442,7 +442,7 @@ fn every_bad_input_has_its_message() {
     );
     refused(
         law.inverse(0.0, &Resultant::repeat(f64::NAN)),
-        "the resultants [NaN",
+        "the resultants m1 = NaN",
         said,
     );
 

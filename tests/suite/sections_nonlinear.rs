@@ -391,7 +391,7 @@ fn bad_input_to_nonlinear_laws() {
     );
     refused(
         law.inverse(0.0, &Resultant::repeat(f64::INFINITY)),
-        "the resultants [inf",
+        "the resultants m1 = inf",
         said,
     );
     let users = Hyperelastic::new(Formula {

@@ -56,11 +56,7 @@ fn strip(shortening: f64, wall: f64) -> snaprod::Result<ContactProblem> {
 }
 
 fn guess_of(found: &ContactEquilibrium) -> ContactGuess {
-    let touches = found.touches.iter().map(|touch| GuessedTouch {
-        surface: touch.surface,
-        s: (!touch.at_end).then_some(touch.s),
-        reaction: touch.reaction,
-    });
+    let touches = found.touches.iter().map(GuessedTouch::from);
     ContactGuess {
         base: found.base,
         touches: touches.collect(),
@@ -118,7 +114,7 @@ fn strip_against_a_wall() {
         near("reaction", touch.reaction, reaction, 3e-11);
         near("curvature", touch.relative_curvature, curvature, 1e-10);
         near("energy", found.end.energy, energy, 1e-11);
-        assert_eq!((found.index, found.neutral), (0, 0));
+        assert_eq!((found.index, found.neutral), (Some(0), 0));
         assert_eq!(found.way, Way::Obstacles);
         assert!(found.min_gap > 0.0);
     }
@@ -157,15 +153,259 @@ fn strip_is_followed_from_touch_to_line_contact() {
     assert_eq!(branch.stop, ContactStop::Event(ContactEventKind::Line));
 }
 
-/// Catches a touch at a point beyond the beginning of line contact: the rod would then lie below its wall.
+/// Catches a wrong thrust or reaction of a rod that lies along a wall: both free parts are elliptic integrals. Without
+/// weight the parts are in neutral balance, so that the place of the line is known to half of the digits.
 #[test]
-fn line_contact_is_refused_by_name() {
-    let why = strip(0.032, 0.1)
+fn strip_lies_along_a_wall() {
+    // Shortening, thrust, reaction at each end of the line, length of the line.
+    let rows = [
+        [
+            0.034159171407178945,
+            188.991562426136,
+            43.38909233545867,
+            0.09469302506208305,
+        ],
+        [
+            0.03759195225029576,
+            225.1089504534877,
+            56.97216306169022,
+            0.17216615291507528,
+        ],
+        [
+            0.04104984962950604,
+            263.5682451876825,
+            72.97964307394967,
+            0.23664394528091573,
+        ],
+        [
+            0.04453540859919744,
+            304.1095544452594,
+            91.54502298560823,
+            0.2910711715792392,
+        ],
+    ];
+    for [shortening, thrust, reaction, length] in rows {
+        let found = strip(shortening, 0.1)
+            .and_then(|p| p.solve(None))
+            .expect("a strip");
+        let [touch] = &found.touches[..] else {
+            panic!("one contact, not {:?}", found.touches)
+        };
+        let line = touch.line.expect("a line");
+        near("thrust", -found.end.force.x, thrust, 1e-9);
+        near("reaction at the start", line.at_start, reaction, 1e-8);
+        near("reaction at the end", line.at_end, reaction, 1e-8);
+        near("pressure", line.pressed, 0.0, 1e-12);
+        near("length", line.length, length, 1e-5);
+        assert_eq!(found.index, None);
+    }
+}
+
+/// A rod along x, clamped on the floor, with a weight of 1 per length.
+fn heavy_on_floor(length: f64, end: EndConditions) -> snaprod::Result<ContactProblem> {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
+    let rod = Rod::new(length, law())?.with_clamp(Vector3::zeros(), turn);
+    let weight = DistributedLoad::constant(Vector3::new(0.0, 0.0, -1.0))?;
+    let problem = Problem::new(rod, end, 1e-13)?.with_distributed(&weight);
+    let floor = Obstacle::plane(Vector3::zeros(), Vector3::z())?;
+    ContactProblem::new(
+        problem,
+        vec![Surface::new(floor, 0.0)?],
+        ContactOptions::default(),
+    )
+}
+
+/// Catches a wrong place, reaction or shape of a rod that lies on the floor from its clamp on, and whose end is lifted.
+/// No guess is given. The numbers are those of the given data, made by another program.
+#[test]
+fn pipe_is_lifted_off_the_floor() {
+    // Height, pull, length off the floor, lifting force, reaction at the end of the line, x of the end from there.
+    let rows = [
+        [
+            1e-4,
+            0.0,
+            0.22133639706399028,
+            0.11066820756801656,
+            0.11066818949597372,
+            0.22133636350162877,
+        ],
+        [
+            0.5,
+            0.0,
+            1.9020875861890323,
+            0.9794338013847261,
+            0.9226537848043062,
+            1.8009006168291213,
+        ],
+        [
+            2.0,
+            0.0,
+            3.2317603583337156,
+            2.0436600208441607,
+            1.188100337489555,
+            2.063599454935438,
+        ],
+        [
+            1.0,
+            1.0,
+            2.661748747030794,
+            1.8399692411371336,
+            0.8217795058936603,
+            2.3647855117264416,
+        ],
+    ];
+    const LENGTH: f64 = 6.0;
+    let lifted = |height: f64, pull: f64| {
+        let held = EndConditions {
+            position: [None, Some(0.0), Some(height)],
+            ..EndConditions::load(Vector3::new(pull, 0.0, 0.0), Vector3::zeros())
+        };
+        heavy_on_floor(LENGTH, held)
+    };
+    for [height, pull, off, force, reaction, x] in rows {
+        let found = lifted(height, pull)
+            .and_then(|p| p.solve(None))
+            .expect("a pipe");
+        let line = found.touches[0].line.expect("a line");
+        near("length off the floor", LENGTH - line.length, off, 1e-9);
+        near("lifting force", found.end.force.z, force, 1e-9);
+        near("reaction", line.at_end, reaction, 1e-9);
+        near("end", found.end.position.x - line.length, x, 1e-9);
+        near("weight on the floor", line.pressed, line.length, 1e-10);
+    }
+    // The branch goes on where the last of the rod leaves the floor. Its force is the slope of the energy.
+    let start = lifted(0.5, 0.0)
         .and_then(|p| p.solve(None))
-        .expect_err("line contact");
+        .expect("a pipe");
+    let range = Options {
+        max_step: 0.2,
+        tolerance: 1e-11,
+        ..Options::between(0.5, 5.0)
+    };
+    let branch = ContactBranch::follow(|h| lifted(h, 0.0), &guess_of(&start), 0.5, range);
+    let branch = branch.expect("a branch");
+    let [point] = &branch.events[..] else {
+        panic!("one event, not {:?}", branch.events)
+    };
+    assert_eq!(point.kind, ContactEventKind::Point);
+    near(
+        "index beyond",
+        point.index.1.map_or(f64::NAN, |index| index as f64),
+        0.0,
+        0.0,
+    );
+    let last = branch.points.last().expect("points");
     assert!(
-        why.is_unreachable() && why.to_string().contains("line contact"),
-        "{why}"
+        last.p == 5.0 && last.equilibrium.touches.is_empty(),
+        "{:?}",
+        branch.stop
+    );
+}
+
+/// Catches two lines at once, and a thrust that the lying parts do not carry. A rod on the floor between two
+/// clamps that have come together buckles up. Numbers of the given data; half of the rod by another program.
+#[test]
+fn rod_between_two_clamps_buckles_off_the_floor() {
+    // Thrust, length of the buckle, reactions at its ends, shortening.
+    let rows = [
+        [
+            5.0,
+            4.028136519674097,
+            2.0140682598370483,
+            0.2609121382970665,
+        ],
+        [
+            2.6,
+            5.619706088552657,
+            2.8098530442763283,
+            2.0508279210747777,
+        ],
+    ];
+    const LENGTH: f64 = 9.0;
+    for [thrust, buckle, reaction, shortening] in rows {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
+        let end = EndConditions::pose(Vector3::new(LENGTH - shortening, 0.0, 0.0), turn);
+        let problem = heavy_on_floor(LENGTH, end).expect("a problem");
+        let lying = 0.5 * (LENGTH - buckle);
+        let mut base = Vector6::zeros();
+        base[3] = -1.001 * thrust;
+        let line = |s: f64, reaction: f64| GuessedTouch {
+            surface: 0,
+            s: Some(s),
+            reaction,
+            length: lying,
+        };
+        let touches = vec![line(0.0, 1.001 * reaction), line(LENGTH - lying, 0.0)];
+        let found = problem.solve(Some(&ContactGuess { base, touches }));
+        let found = found.expect("a buckled rod");
+        let lines: Vec<_> = found
+            .touches
+            .iter()
+            .filter_map(|touch| touch.line)
+            .collect();
+        assert_eq!(lines.len(), 2);
+        near("thrust", -found.base[3], thrust, 1e-9);
+        near(
+            "buckle",
+            LENGTH - lines[0].length - lines[1].length,
+            buckle,
+            1e-8,
+        );
+        near("reaction", lines[0].at_end, reaction, 1e-8);
+        near("reaction", lines[1].at_start, reaction, 1e-8);
+    }
+}
+
+/// Catches a wrong couple, tension or pressure of a rod that lies on a drum. Along a rod without weight m^2/2 + n.t is
+/// constant, also through the ends of the line, and the pressure is T/r.
+#[test]
+fn rod_lies_on_a_drum() {
+    const RADIUS: f64 = 0.8;
+    let pulled = |force: f64| {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
+        let rod = Rod::new(3.0, law())?.with_clamp(Vector3::zeros(), turn);
+        let end = EndConditions::load(Vector3::new(0.0, 0.0, -force), Vector3::zeros());
+        let centre = Vector3::new(1.0, 0.0, -RADIUS - 0.05);
+        let drum = Obstacle::cylinder(centre, Vector3::y(), RADIUS, false)?;
+        let problem = Problem::new(rod, end, 1e-13)?;
+        ContactProblem::new(
+            problem,
+            vec![Surface::new(drum, 0.0)?],
+            ContactOptions::default(),
+        )
+    };
+    for force in [3.0, 10.0] {
+        let found = pulled(force).and_then(|p| p.solve(None)).expect("a rod");
+        let line = found.touches[0].line.expect("a line");
+        let tension = line.pressed * RADIUS / line.length;
+        let integral = tension + 0.5 / (RADIUS * RADIUS);
+        let tangent = found.end.directors * Vector3::z();
+        near(
+            "integral at the end",
+            found.end.force.dot(&tangent),
+            integral,
+            1e-9,
+        );
+        let at_clamp = 0.5 * found.base[1].powi(2) + found.base[3];
+        near("integral at the clamp", at_clamp, integral, 1e-9);
+        assert!(line.at_start > 0.0 && line.at_end > 0.0);
+    }
+    let start = pulled(1.0).and_then(|p| p.solve(None)).expect("a rod");
+    let range = Options {
+        max_step: 0.5,
+        ..Options::between(1.0, 3.0)
+    };
+    let branch = ContactBranch::follow(pulled, &guess_of(&start), 1.0, range).expect("a branch");
+    let kinds: Vec<_> = branch.events.iter().map(|event| event.kind).collect();
+    assert_eq!(kinds, [ContactEventKind::Line]);
+    let last = branch.points.last().expect("points");
+    assert_eq!(last.p, 3.0);
+    let found = pulled(3.0).and_then(|p| p.solve(None)).expect("a rod");
+    near(
+        "branch and equilibrium",
+        last.equilibrium.touches[0].s,
+        found.touches[0].s,
+        1e-8,
     );
 }
 
@@ -224,7 +464,7 @@ fn rod_held_at_its_tip_under_a_wall() {
         near("place", found.touches[0].s, s, 1e-11);
         near("reaction", found.touches[0].reaction, reaction, 1e-10);
         near("energy", found.end.energy, energy, 1e-11);
-        assert_eq!(found.index, 0);
+        assert_eq!(found.index, Some(0));
     }
     let kinds: Vec<_> = branch.events.iter().map(|event| event.kind).collect();
     assert_eq!(kinds, [ContactEventKind::Touch, ContactEventKind::Line]);
@@ -232,10 +472,12 @@ fn rod_held_at_its_tip_under_a_wall() {
     near("line", branch.events[1].point.p, 0.964530582449702, 1e-10);
 }
 
-/// Catches a touch of the free end that has a place of its own, or the wrong sign of its reaction. Where the end would
-/// lie along the floor line contact begins: between the last row and 0.3291610099.
+/// Catches a touch of the free end that has a place of its own, or the wrong sign of its reaction. From the height
+/// 0.3291610099 on the end lies along the floor.
 #[test]
 fn cantilever_pressed_on_a_floor() {
+    // N H^2 of a rod whose end lies along the floor.
+    const LIES: f64 = 2.1754525488 * 0.3291610099 * 0.3291610099;
     let pressed = |height: f64| {
         let along = Vector3::new(FRAC_PI_3.cos(), -FRAC_PI_3.sin(), 0.0);
         let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along).expect("a turn");
@@ -259,11 +501,29 @@ fn cantilever_pressed_on_a_floor() {
         near("reaction", found.touches[0].reaction, force, 1e-11);
         near("place", found.end.position.x, x, 1e-11);
         near("force beyond the touch", found.end.force.norm(), 0.0, 1e-10);
-        assert_eq!(found.index, 0);
+        assert_eq!(found.index, Some(0));
     }
-    assert!(pressed(0.33).solve(None).is_ok());
-    let why = pressed(0.328).solve(None).expect_err("line contact");
-    assert!(why.to_string().contains("line contact"), "{why}");
+    // Where the end lies along the floor N H^2 is constant.
+    for height in [0.328, 0.2] {
+        let found = pressed(height).solve(None).expect("an equilibrium");
+        let line = found.touches[0].line.expect("a line");
+        near(
+            "s at the end of the line",
+            found.touches[0].s + line.length,
+            1.0,
+            1e-12,
+        );
+        near("reaction", line.at_start, LIES / (height * height), 1e-9);
+    }
+    for (from, to) in [(0.5, 0.2), (0.2, 0.5)] {
+        let start = pressed(from).solve(None).expect("an equilibrium");
+        let options = Options::between(from, to);
+        let branch = ContactBranch::follow(|h| Ok(pressed(h)), &guess_of(&start), from, options);
+        let branch = branch.expect("a branch");
+        assert_eq!(branch.events.len(), 1, "{:?}", branch.events);
+        near("height", branch.events[0].point.p, 0.3291610099, 1e-6);
+        assert_eq!(branch.points.last().map(|point| point.p), Some(to));
+    }
 }
 
 /// Catches a rod that passes through a peg on its way, and a wrong normal: the force of a peg on a cantilever, over the
@@ -319,7 +579,7 @@ fn peg_pushes_a_cantilever() {
             1e-11,
         );
         near("normal", touch.normal.y, -cosine, 1e-11);
-        assert_eq!(found.index, 0);
+        assert_eq!(found.index, Some(0));
     }
     // A load that bends the rod over a peg far thicker than its way in one step: it stays above.
     let peg = Obstacle::disc(Vector2::new(0.5, -0.02), 0.01, false).expect("a disc");
@@ -406,7 +666,7 @@ fn ring_between_plates() {
         near("force", found.touches[0].reaction, force, 1e-10);
         near("curvature", 1.0 - found.base[2].abs(), curvature, 1e-10);
         near("energy", found.end.energy, energy, 1e-10);
-        assert_eq!(found.index, 0);
+        assert_eq!(found.index, Some(0));
     }
 }
 
@@ -458,6 +718,7 @@ fn rods_in_space_against_python() {
                     surface: k,
                     s: Some(number(&touch["s"]) + 0.003),
                     reaction: 0.98 * number(&touch["reaction"]),
+                    length: 0.0,
                 })
                 .collect(),
         };
@@ -570,7 +831,7 @@ fn units_and_the_place_of_the_clamp_do_not_matter() {
         one.end.energy,
         1e-9,
     );
-    assert_eq!((one.index, other.index), (0, 0));
+    assert_eq!((one.index, other.index), (Some(0), Some(0)));
 }
 
 /// A round rod clamped along z and guided there, pushed at its middle by a sphere whose centre is `aside` of the axis.
@@ -613,13 +874,17 @@ fn sphere_pushes_a_rod_until_it_slips_off() {
         0.0,
         1e-9,
     );
-    assert_eq!((found.index, found.neutral), (0, 0));
+    assert_eq!((found.index, found.neutral), (Some(0), 0));
     let mut last = pushed(0.001, 0.48).solve(None).expect("an equilibrium");
     for (aside, index, neutral) in [(1e-4, 0, 0), (0.0, 0, 1), (-1e-3, 1, 0)] {
         last = pushed(aside, 0.48)
             .solve(Some(&guess_of(&last)))
             .expect("an equilibrium");
-        assert_eq!((last.index, last.neutral), (index, neutral), "at {aside}");
+        assert_eq!(
+            (last.index, last.neutral),
+            (Some(index), neutral),
+            "at {aside}"
+        );
     }
 }
 

@@ -521,8 +521,16 @@ fn every_bad_law_has_its_message() {
     let e = Strain::from(STRAIGHT);
     let mut bad = Resultant::zeros();
     bad[1] = nan;
-    refused(law.rate(0.0, &e, &bad), "overstress [0.0, NaN", said);
-    refused(law.overstress(0.0, &e, &bad), "strain rates [0.0", said);
+    refused(
+        law.rate(0.0, &e, &bad),
+        "overstress must be finite: number 2 of 6 is NaN",
+        said,
+    );
+    refused(
+        law.overstress(0.0, &e, &bad),
+        "strain rates must be finite",
+        said,
+    );
     bad = Resultant::zeros();
     bad[5] = 0.1;
     refused(

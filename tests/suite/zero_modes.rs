@@ -3,9 +3,11 @@
 
 use crate::support::{assert_close, json, number, rows};
 use nalgebra::{UnitQuaternion, Vector3};
-use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod};
+use snaprod::rod::{DistributedLoad, EndConditions, Path, Problem, Rod, RodFamily, Wrench};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
+use snaprod::solve::arclength::{Continuation, Options};
+use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{BranchRecord, Silent, branch, equilibrium};
 
 fn wire(bending: [f64; 2], torsion: f64, (from, to): (f64, f64)) -> BranchRecord {
@@ -144,5 +146,138 @@ fn branches_in_the_load_of_a_heavy_rod_reach_its_end() {
         ] {
             assert_close(at(name)[last], value, 1e-9, 0.01, name);
         }
+    }
+}
+
+/// Catches equations in space without a phase: the branch of the wire between coaxial clamps as six equations, its
+/// plane turned to no axis of the data. They are singular at the two branch points alone, and the plane stays.
+#[test]
+fn a_branch_in_space_keeps_the_phase_of_its_free_turn() {
+    let held = |z: f64| {
+        let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.0], 0.8)?)?;
+        let end = EndConditions::pose(Vector3::new(0.0, 0.0, z), UnitQuaternion::identity());
+        Problem::new(rod, end, 1e-12)
+    };
+    let start = held(0.9).unwrap().with_path(Path::Planar).solve(None);
+    let base = start.unwrap().base;
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.7);
+    let [m, n] = [0, 3].map(|row| turn * base.fixed_rows::<3>(row).into_owned());
+    let family = RodFamily::new(held, false, 1.4);
+    let x = family.unknowns(&Wrench::new(m.x, m.y, m.z, n.x, n.y, n.z), 0.9);
+    let options = Options {
+        max_step: 0.5,
+        weight: 10.0,
+        ..Options::between(0.95, -0.5)
+    };
+    let trace = Continuation::new(&family, x.unwrap(), 0.9, options)
+        .unwrap()
+        .trace();
+    let found = trace.specials.iter();
+    let found: Vec<_> = found.map(|at| (at.kind, at.point.p, at.index)).collect();
+    let data = json("rod_wire.json");
+    let case = rows(&data, "cases", 6)
+        .iter()
+        .find(|case| number(case, "torsion") == 0.8)
+        .unwrap();
+    let [(first, z, out), (second, closed, within)] = found[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!([first, second], [SpecialKind::BranchPoint; 2]);
+    assert_close(z, number(case, "z"), 1e-11, 0.0, "z");
+    assert_close(closed, 0.0, 1e-11, 1.0, "clamps that meet");
+    assert_eq!([out, within], [(Some(0), Some(1)), (Some(1), Some(2))]);
+    let last = trace.points.last().unwrap();
+    assert_eq!(last.p, -0.5);
+    let phase = |m: &[f64]| m[1].atan2(m[0]);
+    let turned = (phase(last.x.as_slice()) - phase(m.as_slice())).sin();
+    assert_close(turned, 0.0, 1e-8, 1.0, "phase");
+}
+
+/// Catches a branch of a twisted wire, which no plane contains, that creeps or drifts round the axis: one clamp turns
+/// by more than half a turn. The work of its couple is the gain of energy.
+#[test]
+fn a_wire_between_coaxial_clamps_is_twisted_in_space() {
+    let text = r#"
+        [rod]
+        model = "cosserat"
+        length = 1.0
+        section = { bending = [1.0, 1.0], torsion = 0.8 }
+        [end]
+        position = [0.0, 0.0, 0.6]
+        rotation = { axis = [0, 0, 1], angle = 0.0 }
+        [continue]
+        parameter = "end.rotation.angle"
+        to = 4.0
+        max_step = 0.1
+        points = 500
+        "#;
+    let found = branch(&Scene::parse(text).unwrap(), &mut Silent).unwrap();
+    assert!(
+        found.branches.curves[0].complete,
+        "{:?}",
+        found.branches.curves
+    );
+    assert!(
+        found.branches.specials.is_empty(),
+        "{:?}",
+        found.branches.specials
+    );
+    let told = |remark: &String| remark.contains("for nothing");
+    assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
+    let [angle, couple, energy] =
+        ["parameter", "tip_mz", "energy"].map(|name| found.branches.points.reals(name));
+    let pairs = angle.windows(2).zip(couple.windows(2));
+    let work: f64 = pairs
+        .map(|(a, m)| 0.5 * (m[0] + m[1]) * (a[1] - a[0]))
+        .sum();
+    let gain = energy.last().unwrap() - energy[0];
+    assert_close(work, gain, 1e-3, 1.0, "work of the clamp");
+}
+
+/// Catches a branch that is lost where a round column buckles: both ways along one member of the family of planes are
+/// followed. The end under P = 3 is 2 k/sqrt(P) aside, K(k) = sqrt(P) (known).
+#[test]
+fn a_round_column_buckles_to_one_plane_of_its_family() {
+    let text = r#"
+        [rod]
+        model = "cosserat"
+        length = 1.0
+        section = { bending = [1.0, 1.0], torsion = 0.8 }
+        [end]
+        force = [0.0, 0.0, -1.0]
+        [continue]
+        parameter = "end.load"
+        from = 0.0
+        to = 3.0
+        switch = true
+        "#;
+    let found = branch(&Scene::parse(text).unwrap(), &mut Silent).unwrap();
+    assert!(found.is_complete(), "{:?}", found.lost);
+    let [p, x, y] = ["parameter", "x", "y"].map(|name| found.branches.points.reals(name));
+    let aside: Vec<f64> = (0..p.len())
+        .filter(|k| p[*k] == 3.0)
+        .map(|k| x[k].hypot(y[k]))
+        .filter(|aside| *aside > 0.1)
+        .collect();
+    assert_eq!(aside.len(), 2, "{:?}", found.branches.curves);
+    // K(k) = pi/2 over the arithmetic-geometric mean of 1 and sqrt(1 - k^2).
+    let complete = |k: f64| {
+        let (mut a, mut b) = (1.0_f64, (1.0 - k * k).sqrt());
+        for _ in 0..30 {
+            (a, b) = (0.5 * (a + b), (a * b).sqrt());
+        }
+        std::f64::consts::FRAC_PI_2 / a
+    };
+    let (mut low, mut high) = (0.0, 0.99);
+    for _ in 0..60 {
+        let k = 0.5 * (low + high);
+        if complete(k) < 3.0_f64.sqrt() {
+            low = k;
+        } else {
+            high = k;
+        }
+    }
+    for there in aside {
+        assert_close(there, 2.0 * low / 3.0_f64.sqrt(), 1e-9, 0.0, "aside");
     }
 }

@@ -124,8 +124,8 @@ impl Groove {
             knots.push(knots[knots.len() - 1] + step);
             if !(step > 0.0) {
                 return Err(Error::domain(format!(
-                    "two neighbouring points of a groove are both at {:?}",
-                    pair[0].as_slice()
+                    "two neighbouring points of a groove are both at {}",
+                    crate::error::named(&crate::error::AXES, pair[0].as_slice())
                 )));
             }
         }
@@ -447,8 +447,8 @@ fn check_components(what: &str, v: &Vector3<f64>) -> Result<()> {
         return Ok(());
     }
     Err(Error::domain(format!(
-        "the {what} of a groove has the components {:?}; they must be finite",
-        v.as_slice()
+        "the {what} of a groove has the components {}; they must be finite",
+        crate::error::named(&crate::error::AXES, v.as_slice())
     )))
 }
 
@@ -457,8 +457,8 @@ fn unit(what: &str, v: &Vector3<f64>) -> Result<Vector3<f64>> {
     let length = v.norm();
     if !(length > 0.0 && length < f64::INFINITY) {
         return Err(Error::domain(format!(
-            "the {what} of a groove has the components {:?}; it must not be 0",
-            v.as_slice()
+            "the {what} of a groove has the components {}; it must not be 0",
+            crate::error::named(&crate::error::AXES, v.as_slice())
         )));
     }
     Ok(v / length)

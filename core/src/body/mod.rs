@@ -36,8 +36,8 @@ impl<const N: usize> TimeLoad<N> {
     pub fn new(direction: SVector<f64, N>, history: History) -> Result<Self> {
         if !direction.iter().all(|x| x.is_finite()) {
             return Err(Error::domain(format!(
-                "the direction {:?} of a load in time must be finite",
-                direction.as_slice()
+                "the direction {} of a load in time must be finite",
+                crate::error::named(&crate::error::AXES, direction.as_slice())
             )));
         }
         let history = history.checked()?;
@@ -92,7 +92,7 @@ fn check_vector<const N: usize>(what: &str, v: SVector<f64, N>) -> Result<SVecto
         return Ok(v);
     }
     Err(Error::domain(format!(
-        "{what} of components {:?} must be finite",
-        v.as_slice()
+        "{what} with the components {} must be finite",
+        crate::error::named(&crate::error::AXES, v.as_slice())
     )))
 }

@@ -1,8 +1,8 @@
 //! A rigid body welded to the rod's end: AMV (2.15)-(2.17).
 
 use super::{
-    EndBody, EndLinear, EndMotion, Frame, PointMass, Support, TimeLoad, check_drag, check_vector,
-    first_break, sum_at,
+    EndBody, EndLinear, EndMotion, Frame, History, PointMass, Support, TimeLoad, check_drag,
+    check_vector, first_break, sum_at,
 };
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
@@ -52,8 +52,8 @@ impl RigidBody {
             .filter(|inverse| inverse.iter().all(|x| x.is_finite()))
             .ok_or_else(|| {
                 Error::domain(format!(
-                    "inertia = {:?} (by columns) must be finite, symmetric and positive definite",
-                    inertia.as_slice()
+                    "inertia must be finite, symmetric and positive definite; its diagonal is {}",
+                    crate::error::named(&crate::error::AXES, inertia.diagonal().as_slice())
                 ))
             })?;
         Ok(Self {
@@ -263,6 +263,21 @@ impl RigidBody {
         !self.is_followed(t) && self.couple + sum_at(&self.couples, t) == Vector3::zeros()
     }
 
+    /// The body at rest under the loads of time `t`, with a share of those without a potential: couples, and loads that
+    /// turn with the body.
+    ///
+    /// # Errors
+    /// A share that is not finite.
+    pub fn with_share_of_driving(mut self, t: f64, share: f64) -> Result<Self> {
+        let constant = |load| TimeLoad::new(load, History::Constant(1.0));
+        self.couple = (self.couple + sum_at(&self.couples, t)) * share;
+        self.couples.clear();
+        for loads in [&mut self.follower_forces, &mut self.follower_couples] {
+            *loads = vec![constant(sum_at(loads, t) * share)?];
+        }
+        Ok(self)
+    }
+
     /// The wrench of the loads at rest about the end, in the world frame.
     pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
         let turn = pose.rotation;
@@ -284,12 +299,12 @@ impl RigidBody {
     }
 
     /// The body at a pose and velocity of the end.
-    fn place_at(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> Placed {
+    fn place_at(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> PlacedBody {
         let r = pose.rotation.to_rotation_matrix();
         let turned = |a: &Matrix3<f64>| r.matrix() * a * r.matrix().transpose();
         let (omega, v) = halves(v);
         let c = r * self.offset;
-        Placed {
+        PlacedBody {
             turn: r,
             c,
             inertia: turned(&self.inertia),
@@ -301,7 +316,7 @@ impl RigidBody {
     }
 
     /// The angular acceleration at time `t` under the wrench (m, n) of the rod.
-    fn spin(&self, t: f64, at: &Placed, m: &Vector3<f64>, n: &Vector3<f64>) -> Vector3<f64> {
+    fn spin(&self, t: f64, at: &PlacedBody, m: &Vector3<f64>, n: &Vector3<f64>) -> Vector3<f64> {
         at.inverse
             * (m - at.c.cross(n) + self.couple_at(t, &at.turn)
                 - at.omega * self.rotational_drag
@@ -318,7 +333,7 @@ struct BodyFromClamp {
 }
 
 /// The body at a pose and velocity, in the world frame.
-struct Placed {
+struct PlacedBody {
     turn: Rotation3<f64>,
     /// From the end to the centre of mass.
     c: Vector3<f64>,

@@ -76,9 +76,8 @@ impl<const N: usize> Support<N> {
     fn standing(position: SVector<f64, N>, rotation: SMatrix<f64, N, N>) -> Result<Self> {
         if !position.iter().chain(&rotation).all(|x| x.is_finite()) {
             return Err(Error::domain(format!(
-                "the clamp's position {:?} and rotation {:?} must be finite",
-                position.as_slice(),
-                rotation.as_slice()
+                "the clamp's position {} and rotation must be finite",
+                crate::error::named(&crate::error::AXES, position.as_slice())
             )));
         }
         Ok(Self {
@@ -101,8 +100,8 @@ impl<const N: usize> Support<N> {
     ) -> Result<Self> {
         if !direction.iter().all(|x| x.is_finite()) {
             return Err(Error::domain(format!(
-                "the direction {:?} of the clamp's motion must be finite",
-                direction.as_slice()
+                "the direction {} of the clamp's motion must be finite",
+                crate::error::named(&crate::error::AXES, direction.as_slice())
             )));
         }
         self.moves.push((direction, check_smooth(history)?));
@@ -232,8 +231,8 @@ impl Support<3> {
                 self.turned(axis.cross_matrix(), angle)
             }
             _ => Err(Error::domain(format!(
-                "the axis {:?} about which the clamp turns must be finite and not zero",
-                axis.as_slice()
+                "the axis {} about which the clamp turns must be finite and not zero",
+                crate::error::named(&crate::error::AXES, axis.as_slice())
             ))),
         }
     }
@@ -259,9 +258,9 @@ fn check_smooth(history: History) -> Result<History> {
     if history.is_smooth() {
         return history.checked();
     }
-    Err(Error::domain(format!(
-        "the motion {history:?} of the clamp must have a continuous acceleration: use a constant rate, a sine, or a smooth table"
-    )))
+    Err(Error::domain(
+        "a motion of the clamp must have a continuous acceleration: use a constant rate, a sine, or a smooth table",
+    ))
 }
 
 impl<const D: usize> Frame<D> {

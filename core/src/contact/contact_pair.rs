@@ -24,7 +24,10 @@ enum Kind {
         surface: Obstacle,
     },
     /// Capsules, or a capsule and an endless cylinder, side by side or crossed.
-    Axes { first: Axis, second: Axis },
+    Axes {
+        first: CapsuleAxis,
+        second: CapsuleAxis,
+    },
     /// The rim at one end of a cylinder against a plane of the second.
     Rim {
         centre: Vector3<f64>,
@@ -37,7 +40,7 @@ enum Kind {
 
 /// The axis of a capsule, or of an endless cylinder.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Axis {
+struct CapsuleAxis {
     middle: Vector3<f64>,
     direction: Vector3<f64>,
     /// Infinite for a cylinder without end.
@@ -45,7 +48,7 @@ struct Axis {
     radius: f64,
 }
 
-impl Axis {
+impl CapsuleAxis {
     fn between(from: &Vector3<f64>, to: &Vector3<f64>, radius: f64) -> Self {
         Self {
             middle: 0.5 * (from + to),
@@ -193,13 +196,13 @@ fn surfaces(body: &PlacedShape, obstacle: &Obstacle) -> Option<Vec<ContactPair>>
                 return Some(vec![knob(from, radius), knob(to, radius)]);
             }
             let second = match obstacle {
-                Obstacle::Capsule { from, to, radius } => Axis::between(from, to, *radius),
+                Obstacle::Capsule { from, to, radius } => CapsuleAxis::between(from, to, *radius),
                 Obstacle::Cylinder {
                     point,
                     axis,
                     radius,
                     ..
-                } => Axis {
+                } => CapsuleAxis {
                     middle: *point,
                     direction: **axis,
                     half_length: f64::INFINITY,
@@ -207,7 +210,7 @@ fn surfaces(body: &PlacedShape, obstacle: &Obstacle) -> Option<Vec<ContactPair>>
                 },
                 _ => return sphere(),
             };
-            let first = Axis::between(&from, &to, radius);
+            let first = CapsuleAxis::between(&from, &to, radius);
             Some(vec![forth(Kind::Axes { first, second })])
         }
         Shape::Cylinder {
@@ -294,7 +297,7 @@ fn nearest(between: &Vector3<f64>, d: [&Vector3<f64>; 2], half: [f64; 2]) -> ([f
 }
 
 /// Two axes with their radii.
-fn axes(first: &RigidMotion, one: &Axis, second: &RigidMotion, two: &Axis) -> Touch {
+fn axes(first: &RigidMotion, one: &CapsuleAxis, second: &RigidMotion, two: &CapsuleAxis) -> Touch {
     let middles = [first.place(&one.middle), second.place(&two.middle)];
     let d = [
         first.pose.rotation * one.direction,

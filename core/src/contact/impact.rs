@@ -50,7 +50,7 @@ const PLANAR: f64 = 1e-14;
 
 /// The state of an impact on its way, as a function of the normal impulse.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Path {
+pub(super) struct ImpactPath {
     /// Impulse so far; the first component is the normal impulse p.
     pub impulse: Vector3<f64>,
     /// Slip velocity.
@@ -61,7 +61,7 @@ pub(super) struct Path {
 
 /// The condition that ends an impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum End {
+pub(super) enum ImpactEnd {
     /// The normal velocity rises to a value: 0 ends compression.
     NormalVelocity(f64),
     /// The normal impulse rises to a value.
@@ -70,9 +70,9 @@ pub(super) enum End {
     Work(f64),
 }
 
-impl End {
+impl ImpactEnd {
     /// Negative before the end, zero at the end.
-    pub(super) fn missing(self, path: &Path) -> f64 {
+    pub(super) fn missing(self, path: &ImpactPath) -> f64 {
         match self {
             Self::NormalVelocity(v) => path.slip.x - v,
             Self::NormalImpulse(p) => path.impulse.x - p,
@@ -81,7 +81,7 @@ impl End {
     }
 
     /// The normal impulse from `path` to the end, for a normal velocity that grows at the rate `growth`.
-    fn distance(self, path: &Path, growth: f64) -> f64 {
+    fn distance(self, path: &ImpactPath, growth: f64) -> f64 {
         let u = path.slip.x;
         match self {
             Self::NormalVelocity(v) => (v - u) / growth,
@@ -100,7 +100,7 @@ impl End {
     }
 }
 
-impl Path {
+impl ImpactPath {
     /// Goes on along a straight path: `force` is the impulse per normal impulse, `p` the normal impulse.
     fn advance(&mut self, b: &Matrix3<f64>, force: &Vector3<f64>, p: f64) {
         let change = b * force;
@@ -153,7 +153,13 @@ impl Impact {
     }
 
     /// The path from `path` to the end. Returns true if the surfaces stick at the end.
-    fn run(&self, path: &mut Path, friction: f64, speed: f64, end: End) -> Result<bool> {
+    fn run(
+        &self,
+        path: &mut ImpactPath,
+        friction: f64,
+        speed: f64,
+        end: ImpactEnd,
+    ) -> Result<bool> {
         let b = &self.inverse_mass;
         // At most: curved slip, then slip or rest; each way ends in one piece.
         for _ in 0..4 {
@@ -213,7 +219,7 @@ impl Impact {
             )));
         }
         check_jamming(b, friction)?;
-        let start = Path {
+        let start = ImpactPath {
             impulse: Vector3::zeros(),
             slip: self.slip,
             work: 0.0,
@@ -221,16 +227,16 @@ impl Impact {
         let mut path = start;
         let mut sticks;
         if surface.law() == ImpactLaw::Newton {
-            let end = End::NormalVelocity(-e * self.slip.x);
+            let end = ImpactEnd::NormalVelocity(-e * self.slip.x);
             sticks = self.run(&mut path, friction, speed, end)?;
         } else {
-            sticks = self.run(&mut path, friction, speed, End::NormalVelocity(0.0))?;
+            sticks = self.run(&mut path, friction, speed, ImpactEnd::NormalVelocity(0.0))?;
             path.slip.x = 0.0;
             if e > 0.0 {
                 let end = if surface.law() == ImpactLaw::Poisson {
-                    End::NormalImpulse((1.0 + e) * path.impulse.x)
+                    ImpactEnd::NormalImpulse((1.0 + e) * path.impulse.x)
                 } else {
-                    End::Work((1.0 - e * e) * path.work)
+                    ImpactEnd::Work((1.0 - e * e) * path.work)
                 };
                 sticks = self.run(&mut path, friction, speed, end)?;
             }

@@ -4,9 +4,9 @@
 //! ```text
 //! du/dp = B (1, -mu t/|t|),     dp = |t| ds:     du/ds = B (|t|, -mu t)
 //! ```
-//! is smooth where the slip comes to rest. It does so after an infinite s, exponentially.
+//! is smooth where the slip comes to rest. The slip comes to rest exponentially, after an infinite s.
 
-use super::impact::{End, Path, STILL};
+use super::impact::{ImpactEnd, ImpactPath, STILL};
 use crate::error::{Error, Result};
 use crate::solve::dop853::Dop853;
 use crate::solve::roots::chandrupatla;
@@ -28,18 +28,18 @@ pub(super) fn curved_slip(
     b: &Matrix3<f64>,
     friction: f64,
     speed: f64,
-    path: &mut Path,
-    end: End,
+    path: &mut ImpactPath,
+    end: ImpactEnd,
 ) -> Result<bool> {
     // Velocities by `speed`, B by B_nn; impulses and works follow.
     let scaled_b = b / b.m11;
     let impulse = speed / b.m11;
     let work = speed * impulse;
-    let inward = |path: &Path| -> Scaled {
+    let inward = |path: &ImpactPath| -> Scaled {
         let (u, j) = (path.slip / speed, path.impulse / impulse);
         Scaled::from_column_slice(&[u.x, u.y, u.z, j.x, j.y, j.z, path.work / work])
     };
-    let outward = |y: &Scaled| Path {
+    let outward = |y: &Scaled| ImpactPath {
         slip: Vector3::new(y[0], y[1], y[2]) * speed,
         impulse: Vector3::new(y[3], y[4], y[5]) * impulse,
         work: y[6] * work,
@@ -55,9 +55,9 @@ pub(super) fn curved_slip(
     };
     let missing = |y: &Scaled| {
         let scale = match end {
-            End::NormalVelocity(_) => speed,
-            End::NormalImpulse(_) => impulse,
-            End::Work(_) => work,
+            ImpactEnd::NormalVelocity(_) => speed,
+            ImpactEnd::NormalImpulse(_) => impulse,
+            ImpactEnd::Work(_) => work,
         };
         end.missing(&outward(y)) / scale
     };
@@ -68,7 +68,7 @@ pub(super) fn curved_slip(
         let step = (solver.step(slope, f64::INFINITY))
             .map_err(|_| Error::no_convergence("the slip of an impact cannot be integrated"))?;
         // The work falls before it rises: only a rise ends the impact.
-        let rises = step.to[0] > 0.0 || !matches!(end, End::Work(_));
+        let rises = step.to[0] > 0.0 || !matches!(end, ImpactEnd::Work(_));
         if rises && missing(&step.to) >= 0.0 {
             let mut cost = Default::default();
             let mut last = step.to;

@@ -82,8 +82,8 @@ impl Shape {
         let flat = sides.iter().filter(|side| **side == 0.0).count();
         if sides.min() < 0.0 || flat > 1 {
             return Err(Error::domain(format!(
-                "the sides of a box {:?} must be > 0, one of them may be 0",
-                sides.as_slice()
+                "the sides of a box, {}, must be > 0, one of them may be 0",
+                crate::error::named(&crate::error::AXES, sides.as_slice())
             )));
         }
         Ok(Self::Cuboid {

@@ -81,7 +81,7 @@ fn one_by_one(q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
 
 /// Integrals at eight places ([`super::chart::Integrals`]), and their derivatives.
 #[derive(Clone, Copy)]
-struct At<S: Simd> {
+struct IntegralsAtEight<S: Simd> {
     kap: Eight<S>,
     kap_c: Eight<S>,
     s: Eight<S>,
@@ -134,7 +134,12 @@ impl WithSimd for Work<'_> {
 
 /// Integrals at (p, w), |p| = `size`, as [`super::chart::Integrals::new`].
 #[inline(always)]
-fn evaluate_integrals<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S> {
+fn evaluate_integrals<S: Simd>(
+    simd: S,
+    p: Eight<S>,
+    w: Eight<S>,
+    size: Eight<S>,
+) -> IntegralsAtEight<S> {
     let one = p.all(1.0);
     let Halves {
         up,
@@ -173,7 +178,7 @@ fn evaluate_integrals<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>
         }
         [lam, b] = [Eight::of(simd, lams), Eight::of(simd, bs)];
     }
-    At {
+    IntegralsAtEight {
         kap,
         kap_c,
         s: sin * sign,
@@ -185,7 +190,7 @@ fn evaluate_integrals<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>
     }
 }
 
-impl<S: Simd> At<S> {
+impl<S: Simd> IntegralsAtEight<S> {
     /// Derivatives lam_p and B_p.
     #[inline(always)]
     fn by_p(&self) -> [Eight<S>; 2] {

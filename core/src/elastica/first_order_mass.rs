@@ -275,7 +275,7 @@ impl RodInertia {
     /// rates q' per unit of mass; R is their dissipation by Kelvin-Voigt friction of the time 1.
     pub fn metric(&self) -> (Matrix2<f64>, Matrix2<f64>) {
         let lam = self.integrals.lam;
-        let [n11, n12, n22, r11, r12, r22] = self.integrals(&Still);
+        let [n11, n12, n22, r11, r12, r22] = self.integrals(&MetricIntegrand);
         (
             Matrix2::new(n11, n12, n12, n22) / (lam * lam),
             Matrix2::new(r11, r12, r12, r22),
@@ -400,9 +400,9 @@ impl AtSection<12> for Heavy<'_> {
 }
 
 /// Integrand of [`RodInertia::metric`]: lam^2 r_q^T r_q, and theta'_q theta'_q^T.
-struct Still;
+struct MetricIntegrand;
 
-impl AtSection<6> for Still {
+impl AtSection<6> for MetricIntegrand {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 6] {
         let lam = rod.integrals.lam;

@@ -118,7 +118,7 @@ fn pair_up(found: &mut Vec<FoundEquilibrium>) {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Cell {
+struct InversionBox {
     kind: BoxCoordinate,
     first: f64,
     lam: f64,
@@ -132,10 +132,10 @@ struct TipSearch {
     /// Point (1 - x, y), and its mirror image.
     targets: [[f64; 2]; 2],
     lambda_max: f64,
-    queue: Vec<Cell>,
+    queue: Vec<InversionBox>,
     found: Vec<FoundEquilibrium>,
     /// Shrunk boxes without a decision, with the index of their target.
-    pieces: Vec<(Cell, usize)>,
+    pieces: Vec<(InversionBox, usize)>,
     boxes: usize,
 }
 
@@ -157,7 +157,7 @@ impl TipSearch {
             let a = 0.5 * (to - from) / columns;
             for i in 0..columns as usize {
                 for j in 0..rows as usize {
-                    queue.push(Cell {
+                    queue.push(InversionBox {
                         kind,
                         first: from + a * (2 * i + 1) as f64,
                         lam: LOADED + b * (2 * j + 1) as f64,
@@ -250,7 +250,7 @@ impl TipSearch {
         None
     }
 
-    fn examine(&mut self, mut cell: Cell) -> Result<()> {
+    fn examine(&mut self, mut cell: InversionBox) -> Result<()> {
         let taut = cell.first - cell.a > cell.lam + cell.b + MAX_P_BEYOND_LAM;
         if taut && cell.kind == BoxCoordinate::Linear {
             return Ok(());
@@ -294,7 +294,7 @@ impl TipSearch {
     }
 
     /// Halves the box along the coordinate that adds more to the remainder.
-    fn split(&mut self, cell: &Cell, bending: &Bending) {
+    fn split(&mut self, cell: &InversionBox, bending: &Bending) {
         let (first, lam) = bending.shares(cell.a, cell.b);
         let mut child = *cell;
         if first >= lam {
@@ -316,7 +316,7 @@ impl TipSearch {
     /// may still exist, and the box is halved.
     fn newton(
         &self,
-        cell: &Cell,
+        cell: &InversionBox,
         centre: &Local,
         side: usize,
         a: f64,
@@ -385,7 +385,7 @@ impl TipSearch {
 
     /// Accepts an undecided box as a fold through the target, or within rounding of it. Newton's method solves
     /// det = 0 and fits the tip in the direction that the columns still span.
-    fn accept_fold(&mut self, cell: &Cell, side: usize) -> Result<()> {
+    fn accept_fold(&mut self, cell: &InversionBox, side: usize) -> Result<()> {
         let (mut p, mut at) = chart_point(cell.kind, cell.first, cell.lam)?;
         let mut lam = cell.lam;
         let target = self.targets[side];

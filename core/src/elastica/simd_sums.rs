@@ -30,7 +30,7 @@ pub(super) fn sums<const K: usize>(
     places: &[f64],
     weights: &[f64],
 ) -> [f64; K] {
-    wide(Sums {
+    wide(LaneSums {
         each,
         places,
         weights,
@@ -70,13 +70,13 @@ pub(super) fn wide<W: WithSimd>(work: W) -> W::Output {
     }
 }
 
-struct Sums<'a, E, const K: usize> {
+struct LaneSums<'a, E, const K: usize> {
     each: &'a E,
     places: &'a [f64],
     weights: &'a [f64],
 }
 
-impl<E: InLanes<K>, const K: usize> WithSimd for Sums<'_, E, K> {
+impl<E: InLanes<K>, const K: usize> WithSimd for LaneSums<'_, E, K> {
     type Output = [f64; K];
 
     #[inline(always)]

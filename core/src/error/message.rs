@@ -77,10 +77,10 @@ pub type InUnits<'a> = &'a dyn Fn(Quantity) -> (f64, &'static str);
 
 /// Words and numbers of a message.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Message(Vec<Part>);
+pub struct Message(Vec<MessagePart>);
 
 #[derive(Debug, Clone, PartialEq)]
-enum Part {
+enum MessagePart {
     Words(String),
     /// A number, rounded to the given number of digits.
     Number(f64, Quantity, usize),
@@ -88,25 +88,25 @@ enum Part {
 }
 
 /// Digits of a number that a reader compares, and of one with a meaningful size only.
-const DIGITS: usize = 6;
+pub(super) const DIGITS: usize = 6;
 const ROUGH: usize = 2;
 
 impl Message {
     /// Appends words.
     pub fn words(mut self, words: impl Into<String>) -> Self {
-        self.0.push(Part::Words(words.into()));
+        self.0.push(MessagePart::Words(words.into()));
         self
     }
 
     /// Appends a number in units of the rod.
     pub fn number(mut self, value: f64, of: Quantity) -> Self {
-        self.0.push(Part::Number(value, of, DIGITS));
+        self.0.push(MessagePart::Number(value, of, DIGITS));
         self
     }
 
     /// Appends a number with a meaningful size only.
     pub fn size(mut self, value: f64, of: Quantity) -> Self {
-        self.0.push(Part::Number(value, of, ROUGH));
+        self.0.push(MessagePart::Number(value, of, ROUGH));
         self
     }
 
@@ -114,7 +114,7 @@ impl Message {
     pub fn list(mut self, values: &[f64], of: impl Fn(usize) -> Quantity) -> Self {
         let values = values.iter().enumerate();
         let list = values.map(|(i, x)| (*x, of(i))).collect();
-        self.0.push(Part::List(list));
+        self.0.push(MessagePart::List(list));
         self
     }
 
@@ -138,7 +138,7 @@ impl Message {
     }
 }
 
-impl Part {
+impl MessagePart {
     fn text_in_units(&self, units: InUnits<'_>) -> String {
         let number = |value: f64, of, digits| {
             let (size, symbol) = units(of);
@@ -179,7 +179,7 @@ fn join_unit(text: String, symbol: &str) -> String {
 }
 
 /// A rounded number, with an exponent if very small or large.
-fn format_rounded(x: f64, digits: usize) -> String {
+pub(super) fn format_rounded(x: f64, digits: usize) -> String {
     let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
     if x == 0.0 || !x.is_finite() || (1e-3..1e6).contains(&x.abs()) {
         format!("{}", rounded + 0.0)
@@ -190,7 +190,7 @@ fn format_rounded(x: f64, digits: usize) -> String {
 
 impl From<String> for Message {
     fn from(words: String) -> Self {
-        Self(vec![Part::Words(words)])
+        Self(vec![MessagePart::Words(words)])
     }
 }
 

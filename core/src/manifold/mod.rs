@@ -406,8 +406,8 @@ pub fn invert_near<const N: usize>(
     const LIMIT: usize = 60;
     let outside = || {
         Error::domain(format!(
-            "the guess {:?} lies outside the chart",
-            guess.as_slice()
+            "the guess {} lies outside the chart",
+            crate::error::named(&["q1", "q2"], guess.as_slice())
         ))
     };
     let mut q = *guess;
@@ -438,9 +438,9 @@ pub fn invert_near<const N: usize>(
     // Rounding sets a floor: the pose itself is only known to a few ulp.
     if !(residual <= tolerance.max(8.0 * f64::EPSILON * (1.0 + pose.norm()))) {
         return Err(Error::no_convergence(format!(
-            "no equilibrium found near q = {:?}: the pose is still off by {residual:.3e} after {evaluations} evaluations; \
+            "no equilibrium found near {}: the pose is still off by {residual:.3e} after {evaluations} evaluations; \
              start from a nearer point, or search for all equilibria at the pose",
-            q.as_slice()
+            crate::error::named(&["q1", "q2"], q.as_slice())
         )));
     }
     Ok(Inversion {

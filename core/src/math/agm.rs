@@ -109,12 +109,12 @@ mod tests {
     use super::*;
     use pulp::WithSimd;
 
-    struct At {
+    struct ArgumentsAt {
         kc: [f64; 8],
         w: [f64; 8],
     }
 
-    impl WithSimd for At {
+    impl WithSimd for ArgumentsAt {
         type Output = [[f64; 8]; 2];
 
         #[inline(always)]
@@ -138,7 +138,7 @@ mod tests {
     fn means_are_the_integrals() {
         let kc = [0.5, 0.5, 0.01, 0.9, 1e-6, 0.5, 1.0, 0.3];
         let w = [2.5, 1.2, 3.0, 0.3, 2.9, 0.1, 1.0, 7.0];
-        let [lam, b] = wide(At { kc, w });
+        let [lam, b] = wide(ArgumentsAt { kc, w });
         let want = [
             (3.198_180_919_256_025_5, 1.664_538_317_276_712_6),
             (1.779_225_237_415_718, 0.535_665_033_909_675_5),

@@ -3,6 +3,7 @@
 pub(crate) mod agm;
 pub(crate) mod carlson;
 pub(crate) mod collocation_tables;
+pub mod curve_fit;
 pub mod difference;
 mod domain;
 pub mod elliptic;

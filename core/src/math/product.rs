@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Eight numbers of a column, below each other.
-type Line = [f64; 8];
+type ColumnLine = [f64; 8];
 
 /// Lines summed side by side: as many as the registers hold for two vectors.
 const BLOCK: usize = 4;
@@ -16,7 +16,7 @@ const BLOCK: usize = 4;
 /// Matrix whose columns are stored in lines of eight.
 #[derive(Debug, Clone)]
 pub struct Matrix {
-    lines: Vec<Line>,
+    lines: Vec<ColumnLine>,
     rows: usize,
 }
 
@@ -120,14 +120,14 @@ impl<const K: usize> Times<'_, K> {
 pub(crate) fn cosines_and_sines(angles: &DVector<f64>) -> [DVector<f64>; 2] {
     let mut cosines = angles.clone();
     let mut sines = angles.clone();
-    wide(Turning {
+    wide(AngleSlices {
         cosines: cosines.as_mut_slice(),
         sines: sines.as_mut_slice(),
     });
     [cosines, sines]
 }
 
-struct Turning<'a> {
+struct AngleSlices<'a> {
     /// On entry both slices hold the angles.
     cosines: &'a mut [f64],
     sines: &'a mut [f64],
@@ -136,7 +136,7 @@ struct Turning<'a> {
 /// Excess of pi over its nearest double.
 const BEYOND_PI: f64 = 1.224_646_799_147_353_2e-16;
 
-impl WithSimd for Turning<'_> {
+impl WithSimd for AngleSlices<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use super::chart::{AnyChart, Chart, Spatial, dynamic};
 use super::closed_form::ClosedForm;
 use super::equilibrium::{Equilibrium, Route};
 use super::ivp::Wrench;
-use super::path_to_target::{Search, budgeted_equations, newton, options};
+use super::path_to_target::{self, PathSearch, budgeted_equations, options};
 use super::planar::Plane;
 use super::problem::Problem;
 use super::solution_path::{ChosenPath, Path, ProblemChart};
@@ -13,8 +13,10 @@ use crate::elastica::equilibria_at;
 use crate::error::Result;
 use crate::math::se3::{halves, join};
 use crate::solve::deflation::{self, find_further};
+use crate::solve::newton;
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DVector, Matrix3, Vector3};
+use std::f64::consts::TAU;
 
 /// Couples and forces, in B/L and B/L^2, at which deflation begins: those of a strongly bent rod.
 const TYPICAL: f64 = 10.0;
@@ -25,22 +27,26 @@ const SAME: f64 = 1e-4;
 const PATIENCE: usize = 40;
 
 /// Sizes of the forces of guesses of deflation within a plane, in parts of [`TYPICAL`]. Couples go with their root.
-const PLANAR_SIZES: [f64; 5] = [1.0, 3.0, 6.0, 12.0, 22.0];
+const PLANAR_SIZES: [f64; 6] = [1.0, 3.0, 6.0, 12.0, 22.0, 36.0];
 /// Largest wrench of a list, in the same units, unless the answer to the problem has half of that.
-const LARGEST: f64 = 240.0;
+const LARGEST: f64 = 400.0;
+/// Directions of the force, couples and most Newton steps of the scan of a plane.
+const SCAN_DIRECTIONS: usize = 12;
+const SCAN_COUPLES: [f64; 7] = [-2.1, -1.4, -0.7, 0.1, 0.7, 1.4, 2.1];
+const SCAN_PATIENCE: usize = 20;
 /// Residual, relative to 1 + the wrench, up to which the image of an equilibrium under a symmetry is one.
 const IMAGE: f64 = 1e-6;
 /// Singular values of the equations below this part of the largest belong to a continuous family.
 const NEUTRAL: f64 = 1e-8;
 
 /// A held rod in a chart as a family with one member.
-struct Member<'a> {
+struct HeldRod<'a> {
     chart: &'a dyn AnyChart,
     problem: &'a Problem,
-    search: Search,
+    search: PathSearch,
 }
 
-impl Family for Member<'_> {
+impl Family for HeldRod<'_> {
     fn size(&self) -> usize {
         self.chart.size()
     }
@@ -126,7 +132,7 @@ impl Problem {
         taken: &ChosenPath,
         all: &mut Vec<Wrench>,
     ) {
-        let search = Search::new();
+        let search = PathSearch::new();
         for start in starts {
             if search.is_over() {
                 break;
@@ -168,10 +174,10 @@ impl Problem {
         let mut all = known.to_vec();
         for guess in guesses {
             // Each guess has a budget of its own: a hopeless one takes nothing from the others.
-            let member = Member {
+            let member = HeldRod {
                 chart,
                 problem: self,
-                search: Search::new(),
+                search: PathSearch::new(),
             };
             let guess = std::slice::from_ref(guess);
             if let Ok(search) = find_further(&member, 0.0, &all, guess, &asked) {
@@ -220,6 +226,7 @@ impl Problem {
             note(&mut all, wrenches, Finding::Start);
             self.add_images(Some(plane), &mut all);
             if complete_below.is_none() {
+                self.scan(plane, &mut all);
                 self.deflate_in(plane, &mut all);
                 self.add_images(Some(plane), &mut all);
             }
@@ -282,6 +289,39 @@ impl Problem {
             }
         }
         Some(lambda_max)
+    }
+
+    /// Adds the equilibria to which Newton's method leads from forces of all directions and sizes in the plane. With a
+    /// force P the couple is at most of the size 2 sqrt(P) on a rod that turns back (theory 2.1).
+    fn scan(&self, plane: &Plane, all: &mut Vec<(Wrench, Finding)>) {
+        let asked = options(self.correction(), SCAN_PATIENCE);
+        for size in PLANAR_SIZES.map(|part| part * TYPICAL) {
+            for direction in 0..SCAN_DIRECTIONS {
+                let angle = TAU * (direction as f64 + 0.25) / SCAN_DIRECTIONS as f64;
+                let (across, along) = angle.sin_cos();
+                for couple in SCAN_COUPLES {
+                    let start = Vector3::new(couple * size.sqrt(), along * size, across * size);
+                    let member = HeldRod {
+                        chart: plane,
+                        problem: self,
+                        search: PathSearch::new(),
+                    };
+                    let equations = |x: &DVector<f64>| {
+                        let at = member.linearised(x, 0.0)?;
+                        Ok((at.residual, at.jacobian))
+                    };
+                    let Ok(found) = newton::solve(equations, &dynamic(start), &asked) else {
+                        continue;
+                    };
+                    let Ok(b) = Chart::wrench(plane, self, &found.x) else {
+                        continue;
+                    };
+                    if b.norm() <= LARGEST && !all.iter().any(|(known, _)| is_same(known, &b)) {
+                        all.push((b, Finding::Start));
+                    }
+                }
+            }
+        }
     }
 
     /// Adds the equilibria within the plane that deflation finds.
@@ -358,7 +398,7 @@ impl Problem {
     ) -> Result<ListedEquilibrium> {
         // Few steps: each search ends with a converged equilibrium, and an image is as good.
         let asked = options(self.correction(), 10);
-        let solved = newton(&Spatial, self, &dynamic(*b), &asked);
+        let solved = path_to_target::newton(&Spatial, self, &dynamic(*b), &asked);
         let equilibrium = match solved {
             Ok(solved) => {
                 let mut route = Route::start();

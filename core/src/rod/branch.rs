@@ -6,19 +6,22 @@ use super::ivp::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::solve::parametrised_problem::{Family, Linearised};
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Vector2, Vector3};
+use std::sync::OnceLock;
 
 /// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] valid for all
 /// of them.
 ///
 /// Equations and their derivatives by the unknowns are exact. Derivatives by the parameter are central differences,
 /// of the end condition alone unless the parameter changes the rod. They only set directions: no point depends on
-/// them.
+/// them. A rod that turns about its clamp for nothing keeps the phase in which the family meets it first.
 pub struct RodFamily<P, C = Spatial> {
     problem: P,
     chart: C,
     changes_rod: bool,
     step: f64,
+    /// Direction of the pointer of a free turn where the turn was first met: the phase of the whole branch.
+    pointer: OnceLock<Vector2<f64>>,
 }
 
 /// Change of the equations over a step of a difference beyond which the step is shortened, and the shortest step over
@@ -64,6 +67,7 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
             chart,
             changes_rod,
             step: step * span.abs(),
+            pointer: OnceLock::new(),
         }
     }
 
@@ -127,7 +131,13 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
         let problem = (self.problem)(p)?;
         let chart = &self.chart;
         let trial = chart.trial(&problem, x)?;
-        let (residual, jacobian) = chart.equations(&problem, &trial);
+        let (mut residual, mut jacobian) = chart.equations(&problem, &trial);
+        if let Some(phase) = chart.phase(&problem, x, &trial)?
+            && let Some(now) = phase.pointer.try_normalize(f64::MIN_POSITIVE)
+        {
+            let first = self.pointer.get_or_init(|| now);
+            phase.hold(first, &mut residual, &mut jacobian);
+        }
         let slope = if self.changes_rod {
             self.difference(p, |problem| {
                 Ok(chart.residual(problem, &chart.bare_trial(problem, x)?))

@@ -3,6 +3,7 @@
 use super::RodSection;
 use super::ivp::{self, Wrench};
 use super::problem::{Problem, Trial};
+use super::zero_modes::FreePhase;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
@@ -13,6 +14,11 @@ pub trait Chart {
 
     /// Number of unknowns.
     fn size(&self) -> usize;
+
+    /// True if the unknowns keep the rod in a plane.
+    fn is_planar(&self) -> bool {
+        false
+    }
 
     /// The rod at `x` with its derivatives by `x`.
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Self::Trial>;
@@ -25,6 +31,11 @@ pub trait Chart {
 
     /// The equations and their derivatives by the unknowns.
     fn equations(&self, problem: &Problem, trial: &Self::Trial) -> (DVector<f64>, DMatrix<f64>);
+
+    /// The free turn of the rod at `x` in these unknowns and equations; None without one, and in a plane.
+    fn phase(&self, _: &Problem, _x: &DVector<f64>, _: &Self::Trial) -> Result<Option<FreePhase>> {
+        Ok(None)
+    }
 
     /// The base wrench, in the clamp's frame and the numerics' units.
     fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench>;
@@ -155,6 +166,15 @@ impl Chart for Spatial {
     fn equations(&self, problem: &Problem, trial: &Trial) -> (DVector<f64>, DMatrix<f64>) {
         let (residual, matrix) = problem.equations(trial);
         (dynamic(residual), dynamic_matrix(matrix))
+    }
+
+    fn phase(
+        &self,
+        problem: &Problem,
+        x: &DVector<f64>,
+        trial: &Trial,
+    ) -> Result<Option<FreePhase>> {
+        Ok(problem.phase(&as_array(x)?, trial))
     }
 
     fn wrench(&self, _: &Problem, x: &DVector<f64>) -> Result<Wrench> {

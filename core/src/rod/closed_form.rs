@@ -125,6 +125,10 @@ impl Chart for ClosedForm {
         2
     }
 
+    fn is_planar(&self) -> bool {
+        true
+    }
+
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<ClosedTrial> {
         let c = self.compliance(problem);
         let x = as_array::<2>(x)?;

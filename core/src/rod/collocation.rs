@@ -132,8 +132,8 @@ struct Integration<'a> {
 }
 
 /// Vector fields at the nodes.
-type Vector<S> = [Eight<S>; 3];
-type Matrix<S> = [Vector<S>; 3];
+type VectorField<S> = [Eight<S>; 3];
+type MatrixField<S> = [VectorField<S>; 3];
 
 /// Number of swept variables: the frame as a quaternion, then the place across the force.
 const FRAME: usize = 6;
@@ -143,11 +143,11 @@ const MAX_COLUMNS: usize = 6;
 /// Sections at the nodes of a step.
 struct NodeSections<S: Simd> {
     /// Directors, by number.
-    d: Matrix<S>,
+    d: MatrixField<S>,
     /// (u, v).
     strain: [Eight<S>; 6],
     /// r'.
-    along: Vector<S>,
+    along: VectorField<S>,
     /// Twice the energy per length.
     energy: Eight<S>,
 }
@@ -157,7 +157,7 @@ struct EndState {
     q: [f64; 4],
     r: [f64; 3],
     energy: f64,
-    columns: Columns,
+    columns: SweptColumns,
     turning: Option<DeterminantAngle>,
     cost: Cost,
 }
@@ -165,7 +165,7 @@ struct EndState {
 /// Columns of the tangent at the clamp, (dm(0), dn), and at a section, (phi, rho); zeros for columns that are not
 /// asked for.
 #[derive(Clone, Copy)]
-struct Columns {
+struct SweptColumns {
     base: [[f64; 6]; MAX_COLUMNS],
     tangent: [[f64; 6]; MAX_COLUMNS],
 }
@@ -225,7 +225,7 @@ impl WithSimd for Whole<'_> {
         let mut cost = Cost::default();
         let (mut s, mut energy) = (0.0, 0.0);
         let (mut q, mut r) = (along.clamp(), [0.0; 3]);
-        let mut columns = Columns {
+        let mut columns = SweptColumns {
             base: [[0.0; 6]; MAX_COLUMNS],
             tangent: [[0.0; 6]; MAX_COLUMNS],
         };
@@ -563,7 +563,7 @@ impl<'a> Integration<'a> {
 
 /// The rotated vector R v.
 #[inline(always)]
-fn turned_vector<S: Simd>(d: &Matrix<S>, v: &Vector<S>) -> Vector<S> {
+fn turned_vector<S: Simd>(d: &MatrixField<S>, v: &VectorField<S>) -> VectorField<S> {
     let mut all = *v;
     for i in 0..3 {
         let sum = d[1][i].times_plus(v[1], d[0][i] * v[0]);

@@ -29,7 +29,7 @@ pub(super) struct Variations<const K: usize> {
 }
 
 /// The load along a rod, and its base wrench.
-struct Loaded<'a, const K: usize, C: LoadState<K>> {
+struct LoadedBase<'a, const K: usize, C: LoadState<K>> {
     load: &'a C::Load,
     b: &'a Wrench,
 }
@@ -38,7 +38,7 @@ struct Loaded<'a, const K: usize, C: LoadState<K>> {
 /// n, is symmetric.
 fn conjugate<const K: usize, C: LoadState<K>>(
     at: &LineState<K, C>,
-    rod: &Loaded<'_, K, C>,
+    rod: &LoadedBase<'_, K, C>,
     dm: &[[f64; K]; 3],
 ) -> (SMatrix<f64, 3, K>, SMatrix<f64, 3, K>) {
     let block = |rows: &[[f64; K]]| SMatrix::<f64, 3, K>::from_fn(|i, j| rows[i][j]);
@@ -69,7 +69,7 @@ pub(super) fn complex_columns<const K: usize>(
 fn angle_rate<const K: usize, C: LoadState<K>>(
     at: &LineState<K, C>,
     slope: &LineState<K, C>,
-    rod: &Loaded<'_, K, C>,
+    rod: &LoadedBase<'_, K, C>,
     dm: &[[f64; K]; 3],
     weight: f64,
 ) -> Option<(Complex<f64>, f64)> {
@@ -111,7 +111,7 @@ pub(super) fn variations<const K: usize, C: LoadState<K>>(
     let weight = 2.0 * rate(law, b)? / (c1 + c2);
     let found = follow(weight)?;
     let end = &found.end;
-    let (j, p) = conjugate(end, &Loaded { load, b }, &found.dm);
+    let (j, p) = conjugate(end, &LoadedBase { load, b }, &found.dm);
     let compliance = law.inverse(0.0, b)?.compliance.matrix().norm();
     let mut dm = found.dm;
     end.carried.take_columns(&mut dm);
@@ -145,7 +145,7 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
     weight: f64,
     tolerance: f64,
 ) -> Result<FollowedRod<K, C>> {
-    let rod = &Loaded { load, b };
+    let rod = &LoadedBase { load, b };
     let longest = 1.2 / rate(law, b)?;
     let [dm, dn] = unit_columns();
     let mut flow = WrenchFlow::<K, C>::new(law, load, b, dm, dn);
@@ -228,7 +228,7 @@ fn separate_columns<const K: usize, C: LoadState<K>>(
     state: &mut LineState<K, C>,
     slope: &mut LineState<K, C>,
     flow: &mut WrenchFlow<'_, K, C>,
-    rod: &Loaded<'_, K, C>,
+    rod: &LoadedBase<'_, K, C>,
 ) -> Option<f64> {
     let (mixing, size) = mixing_matrix(&conjugate(state, rod, &flow.dm))?;
     let rows = (state.tangent.iter_mut())

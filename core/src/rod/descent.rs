@@ -23,8 +23,8 @@ use crate::section::Free;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 /// Unknowns of an interval: turn of the far node, strains v.
-type Part = Vector6<f64>;
-type Block = SMatrix<f64, 6, 6>;
+type IntervalPart = Vector6<f64>;
+type IntervalBlock = SMatrix<f64, 6, 6>;
 /// Right-hand sides: the gradient, and the derivatives of three held coordinates of the end.
 const SIDES: usize = 4;
 type Sides = SMatrix<f64, 6, SIDES>;
@@ -39,9 +39,9 @@ const SHARP: f64 = 0.8;
 const HOLD: f64 = 100.0;
 /// Stiffness of the springs of a flexure or twist that is held rigid, over the size of forces and couples.
 const STIFF: f64 = 1e3;
-/// Tilt of the unloaded rod about d2 and, far smaller, about all axes: no unstable equilibrium is kept by symmetry.
+/// Tilt of the unloaded rod about d2, and axes of a generic tilt: no unstable equilibrium is kept by symmetry.
 const TILT: f64 = 1e-2;
-const GENERIC: [f64; 3] = [0.7e-7, 1e-7, 0.4e-7];
+const GENERIC: [f64; 3] = [0.7, 1.0, 0.4];
 /// Largest turn of a section in a step, in radians, and the turn at which a coarse and the last mesh have converged.
 const LONGEST_STEP: f64 = 0.6;
 const LOOSE: f64 = 0.03;
@@ -50,10 +50,29 @@ const CONVERGED: f64 = 1e-4;
 const STEPS: usize = 600;
 /// Step of the differences that form the second derivatives.
 const DIFFERENCE: f64 = 1e-6;
-/// Largest shift, over 1 + the force, at which an equilibrium counts as stable: neutral directions are allowed.
-const NEUTRAL: f64 = 1e-6;
+/// Falls in turn. The first keeps to a plane of symmetry where it can. The second looks out of the plane, and leaves
+/// equilibria that are unstable by little.
+pub(super) const FALLS: [Lean; 2] = [
+    Lean {
+        tilt: 1e-7,
+        neutral: 1e-6,
+    },
+    Lean {
+        tilt: 1e-2,
+        neutral: 1e-8,
+    },
+];
 /// Least part of the predicted fall of energy that a step must reach.
 const ENOUGH: f64 = 1e-4;
+
+/// Start and end of a fall.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lean {
+    /// Tilt of the unloaded rod about generic axes.
+    tilt: f64,
+    /// Largest shift, over 1 + the force, at which an equilibrium counts as stable: neutral directions are allowed.
+    neutral: f64,
+}
 
 /// Rotations of the nodes of a rod, and the strains v of its intervals.
 #[derive(Debug, Clone)]
@@ -68,7 +87,7 @@ pub(super) struct Chain {
 }
 
 /// A rod with dead loads and a held end, in the clamp's frame and the numerics' units.
-struct Fall<'a> {
+struct ChainFall<'a> {
     law: &'a ScaledLaw,
     weight: Option<&'a ScaledLoad>,
     force: Vector3<f64>,
@@ -78,12 +97,15 @@ struct Fall<'a> {
     turned: Option<Matrix3<f64>>,
     /// Free strains among v.
     free: [bool; 3],
+    /// Normal of the plane that the rod does not leave.
+    normal: Option<Vector3<f64>>,
+    lean: Lean,
     /// Size of the forces, at least 1.
     size: f64,
 }
 
 /// Way of the centreline along an interval, and the gradient of the energy by the turns of both ends and v.
-struct Piece {
+struct ChainInterval {
     way: Vector3<f64>,
     gradient: [Vector3<f64>; 3],
     /// B of phi = (1 - B) phi_a + B phi_b, the turn of the middle section.
@@ -95,16 +117,16 @@ struct Piece {
 /// The energy to second order about a chain.
 struct Quadratic {
     energy: f64,
-    gradient: Vec<Part>,
-    diagonal: Vec<Block>,
-    below: Vec<Block>,
+    gradient: Vec<IntervalPart>,
+    diagonal: Vec<IntervalBlock>,
+    below: Vec<IntervalBlock>,
     /// Derivatives of the held coordinates, column by column.
     held: Vec<SMatrix<f64, 6, 3>>,
 }
 
 /// A step of the chain.
-struct Step {
-    parts: Vec<Part>,
+struct ChainStep {
+    parts: Vec<IntervalPart>,
     /// Largest turn.
     turn: f64,
     /// Predicted fall of the energy.
@@ -112,10 +134,10 @@ struct Step {
 }
 
 impl Problem {
-    /// The chain at rest in a stable equilibrium to which the unloaded rod falls. `None` for loads without a potential,
-    /// and if the descent does not converge.
-    pub(super) fn descended(&self) -> Option<Chain> {
-        if self.is_followed() || (self.orientation.is_none() && self.couple != Vector3::zeros()) {
+    /// The chain at rest in a stable equilibrium to which the unloaded rod falls, in space or in the plane with a given
+    /// normal. `None` for loads without a potential, and if the descent does not converge.
+    pub(super) fn descended(&self, normal: Option<Vector3<f64>>, lean: Lean) -> Option<Chain> {
+        if !self.is_conservative() {
             return None;
         }
         let (law, weight) = self.law_and_load();
@@ -129,7 +151,7 @@ impl Problem {
             }
         }
         let borne = weight.map_or(0.0, |weight| weight.total().norm());
-        let fall = Fall {
+        let fall = ChainFall {
             law,
             weight,
             force,
@@ -137,6 +159,8 @@ impl Problem {
             held,
             turned: self.orientation,
             free: std::array::from_fn(|k| !law.rigid()[3 + k]),
+            normal,
+            lean,
             size: 1.0 + force.norm() + borne,
         };
         fall.rest(fall.unloaded().ok()?)
@@ -152,7 +176,7 @@ impl Chain {
         force: Vector3<f64>,
         turned: Option<Matrix3<f64>>,
     ) -> Option<Self> {
-        let fall = Fall {
+        let fall = ChainFall {
             law,
             weight: Some(weight),
             force,
@@ -160,6 +184,8 @@ impl Chain {
             held: Vec::new(),
             turned,
             free: std::array::from_fn(|k| !law.rigid()[3 + k]),
+            normal: None,
+            lean: FALLS[0],
             size: 1.0 + force.norm() + weight.total().norm(),
         };
         fall.rest(fall.unloaded().ok()?)
@@ -223,7 +249,7 @@ impl Chain {
         self.places[k + 1] - self.places[k]
     }
 
-    fn moved(&self, step: &Step) -> Self {
+    fn moved(&self, step: &ChainStep) -> Self {
         let mut next = self.clone();
         for (k, part) in step.parts.iter().enumerate() {
             let phi = part.fixed_rows::<3>(0).into_owned();
@@ -271,7 +297,7 @@ impl Chain {
     }
 }
 
-impl Fall<'_> {
+impl ChainFall<'_> {
     /// The unloaded rod, a little tilted.
     fn unloaded(&self) -> Result<Chain> {
         let mut places: Vec<f64> = (0..=FEWEST).map(|k| k as f64 / FEWEST as f64).collect();
@@ -297,7 +323,10 @@ impl Fall<'_> {
         let last = fine.len() - 1;
         fine[last] = 1.0;
         for (turn, s) in turns.iter_mut().zip(&fine) {
-            let tilt = Vector3::from(GENERIC) + Vector3::y() * TILT;
+            let tilt = match self.normal {
+                Some(normal) => normal * TILT,
+                None => Vector3::from(GENERIC) * self.lean.tilt + Vector3::y() * TILT,
+            };
             *turn = product(&exponential(&(tilt * *s)), turn);
         }
         Ok(Chain {
@@ -346,7 +375,7 @@ impl Fall<'_> {
         goal: f64,
         left: &mut usize,
     ) -> Option<()> {
-        let least = NEUTRAL * self.size;
+        let least = self.lean.neutral * self.size;
         loop {
             let here = self.quadratic(chain)?;
             loop {
@@ -459,7 +488,7 @@ impl Fall<'_> {
         Some(free)
     }
 
-    fn piece(&self, chain: &Chain, k: usize, load: &Vector3<f64>) -> Option<Piece> {
+    fn piece(&self, chain: &Chain, k: usize, load: &Vector3<f64>) -> Option<ChainInterval> {
         self.piece_of(
             chain.places[k],
             chain.places[k + 1],
@@ -478,7 +507,7 @@ impl Fall<'_> {
         b: &Turn,
         v: &Vector3<f64>,
         load: &Vector3<f64>,
-    ) -> Option<Piece> {
+    ) -> Option<ChainInterval> {
         let h = to - from;
         let psi = logarithm(&product(&conjugate(a), b));
         let u = psi / h;
@@ -500,7 +529,7 @@ impl Fall<'_> {
                 *x = 0.0;
             }
         }
-        Some(Piece {
+        Some(ChainInterval {
             way,
             gradient: [shared - q - couple, couple - shared, by_v],
             share,
@@ -515,9 +544,9 @@ impl Fall<'_> {
         let spring = self.spring_force(chain);
         let mut found = Quadratic {
             energy: self.energy(chain)?,
-            gradient: vec![Part::zeros(); n],
-            diagonal: vec![Block::zeros(); n],
-            below: vec![Block::zeros(); n],
+            gradient: vec![IntervalPart::zeros(); n],
+            diagonal: vec![IntervalBlock::zeros(); n],
+            below: vec![IntervalBlock::zeros(); n],
             held: vec![SMatrix::zeros(); n],
         };
         for k in 0..n {
@@ -575,6 +604,9 @@ impl Fall<'_> {
             let (f, l) = (self.force.cross_matrix(), lever.cross_matrix());
             put(-lever.cross(&self.force), -(f * l));
         }
+        if let Some(normal) = &self.normal {
+            found.keep_in_plane(normal);
+        }
         Some(found)
     }
 
@@ -584,7 +616,7 @@ impl Fall<'_> {
         chain: &Chain,
         k: usize,
         load: &Vector3<f64>,
-    ) -> Option<(Piece, SMatrix<f64, 9, 9>)> {
+    ) -> Option<(ChainInterval, SMatrix<f64, 9, 9>)> {
         let piece = self.piece(chain, k, load)?;
         let (from, to) = (chain.places[k], chain.places[k + 1]);
         let mut second = SMatrix::<f64, 9, 9>::zeros();
@@ -625,12 +657,34 @@ impl Chain {
 }
 
 impl Quadratic {
+    /// Leaves out turns about axes in the plane, and shear along its normal.
+    fn keep_in_plane(&mut self, normal: &Vector3<f64>) {
+        let along = normal * normal.transpose();
+        let mut kept = IntervalBlock::zeros();
+        kept.fixed_view_mut::<3, 3>(0, 0).copy_from(&along);
+        kept.fixed_view_mut::<3, 3>(3, 3)
+            .copy_from(&(Matrix3::identity() - along));
+        let rest = IntervalBlock::identity() - kept;
+        for gradient in &mut self.gradient {
+            *gradient = kept * *gradient;
+        }
+        for block in &mut self.diagonal {
+            *block = kept * *block * kept + rest;
+        }
+        for block in &mut self.below {
+            *block = kept * *block * kept;
+        }
+        for held in &mut self.held {
+            *held = kept * *held;
+        }
+    }
+
     /// Newton's step with `shift` times the length of each interval added to the Hessian, the springs of held
     /// coordinates having the given stiffness. `None` if the shifted Hessian is not positive definite.
-    fn step(&self, shift: f64, stiffness: f64, chain: &Chain) -> Option<Step> {
+    fn step(&self, shift: f64, stiffness: f64, chain: &Chain) -> Option<ChainStep> {
         let n = self.gradient.len();
         let mut negative = 0;
-        let mut inverses: Vec<Block> = Vec::with_capacity(n);
+        let mut inverses: Vec<IntervalBlock> = Vec::with_capacity(n);
         let mut sides: Vec<Sides> = Vec::with_capacity(n);
         for k in 0..n {
             let mut pivot = self.diagonal[k];
@@ -679,7 +733,7 @@ impl Quadratic {
             return None;
         }
         let pull = compliance.try_inverse()? * moved;
-        let parts: Vec<Part> = found
+        let parts: Vec<IntervalPart> = found
             .iter()
             .map(|found| found.column(0) - found.fixed_columns::<3>(1) * pull)
             .collect();
@@ -689,7 +743,7 @@ impl Quadratic {
             size += chain.length(k) * part.norm_squared();
             turn = turn.max(part.fixed_rows::<3>(0).norm());
         }
-        turn.is_finite().then_some(Step {
+        turn.is_finite().then_some(ChainStep {
             parts,
             turn,
             fall: 0.5 * (shift * size - slope),

@@ -4,14 +4,15 @@ use super::chart::{AnyChart, Spatial, dynamic};
 use super::distributed_load::ScaledLoad;
 use super::free_end::FreeEnd;
 use super::ivp::Wrench;
-use super::path_to_target::{Search, follow, newton, options};
-use super::problem::Problem;
+use super::path_to_target::{PathSearch, follow, newton, options};
+use super::problem::{EndConditions, Problem};
 use super::solution_path::{ChosenPath, Path, ProblemChart};
 use super::starts::PathStart;
 use super::taut::{TAUT, TIGHT};
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::solve::newton::Solution;
+use crate::solve::warm_start::WarmStart;
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3};
 
 /// An equilibrium of a rod, with the record of its search.
@@ -51,6 +52,8 @@ pub struct Route {
     pub damping: f64,
 }
 
+/// Relative difference of energies beyond which one of two equilibria lies lower.
+const LOWER: f64 = 1e-6;
 /// Largest residual of an answer, relative to the wrench.
 const POOR: f64 = 1e-7;
 
@@ -67,8 +70,12 @@ impl Problem {
     /// No convergence from the guess, or on any path; the message says how far the best one came. A requested path
     /// that is not valid.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
-        if guess.is_some() || self.is_followed() {
+        if guess.is_some() {
             return self.solve_along_paths(guess);
+        }
+        if self.is_followed() {
+            let fallen = self.is_heavy().then(|| self.solve_from_fallen()).flatten();
+            return fallen.map_or_else(|| self.solve_along_paths(None), Ok);
         }
         let is_stable =
             |found: &Result<Equilibrium>| matches!(found, Ok(found) if found.index == 0);
@@ -83,8 +90,17 @@ impl Problem {
             }
         }
         let found = self.solve_along_paths(None);
-        if is_stable(&found) {
-            return found;
+        if let Ok(led) = &found
+            && led.index == 0
+        {
+            // Between two ends a rod may bow against the weight, and stay bowed.
+            let other = self.may_bow().then(|| self.solve_by_descent()).flatten();
+            return match other {
+                Some(Ok(fallen)) if fallen.index == 0 && self.lies_lower(&fallen, led) => {
+                    Ok(fallen)
+                }
+                _ => found,
+            };
         }
         match (found, fallen.or_else(|| self.solve_by_descent())) {
             (Err(_), Some(Ok(fallen))) => Ok(fallen),
@@ -93,9 +109,45 @@ impl Problem {
         }
     }
 
+    /// True for a rod under a load along it between two ends.
+    fn may_bow(&self) -> bool {
+        let held = self.is_held();
+        self.weight.is_some()
+            && self.path == Path::Auto
+            && self.is_conservative()
+            && held == [true; 3]
+    }
+
+    /// True if the first equilibrium has less energy, its loads included, than the other. Both ends are held.
+    fn lies_lower(&self, one: &Equilibrium, other: &Equilibrium) -> bool {
+        let [one, other] = [one, other].map(|found| found.end.energy + found.potential);
+        one < other - LOWER * (self.rod.units().0 + other.abs())
+    }
+
+    /// The equilibrium under loads that turn with the rod: the rod falls without these, which then grow. `None` if the
+    /// rod does not fall, or cannot be followed.
+    fn solve_from_fallen(&self) -> Option<Equilibrium> {
+        let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+        let mut quiet = Problem {
+            followed: None,
+            turning: [Vector3::zeros(); 2],
+            at_rest: WarmStart::default(),
+            ..self.clone()
+        };
+        if self.end.follower {
+            quiet.end = free;
+            (quiet.targets, quiet.couple) = ([0.0; 3], Vector3::zeros());
+        }
+        let fallen = quiet.solve_by_descent()?.ok()?;
+        let start = PathStart::Resting(self.rod.inward(&fallen.base));
+        let why = "a load turns with the rod: it grows on the rod that has fallen under its weight";
+        let taken = ChosenPath::new(Path::Spatial, why);
+        self.walk(&Spatial, &PathSearch::new(), start, &taken).ok()
+    }
+
     /// True if the load along the rod bends the rod so far that continuation from the unloaded rod may fail:
     /// sqrt(f L^3/B), with the whole load f L and the softer flexure, is beyond [`TIGHT`].
-    fn is_heavy(&self) -> bool {
+    pub(super) fn is_heavy(&self) -> bool {
         let Some(weight) = &self.weight else {
             return false;
         };
@@ -148,7 +200,7 @@ impl Problem {
 
     fn solve_once(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
         let (charted, taken) = self.choose_chart(guess)?;
-        let search = Search::new();
+        let search = PathSearch::new();
         let flat = match charted {
             ProblemChart::Spatial(_) | ProblemChart::FreeEnd(_) => {
                 return search.verdict(self.solve_in_space(&search, guess, taken));
@@ -231,7 +283,7 @@ impl Problem {
 
     fn solve_in_space(
         &self,
-        search: &Search,
+        search: &PathSearch,
         guess: Option<&Wrench>,
         taken: ChosenPath,
     ) -> Result<Equilibrium> {
@@ -258,7 +310,7 @@ impl Problem {
     fn solve_in(
         &self,
         chart: &dyn AnyChart,
-        search: &Search,
+        search: &PathSearch,
         starts: &mut dyn Iterator<Item = PathStart>,
         guess: Option<&Wrench>,
         taken: ChosenPath,
@@ -342,7 +394,7 @@ impl Problem {
     pub(super) fn walk(
         &self,
         chart: &dyn AnyChart,
-        search: &Search,
+        search: &PathSearch,
         start: PathStart,
         taken: &ChosenPath,
     ) -> Result<Equilibrium> {
@@ -422,7 +474,7 @@ impl Problem {
     fn turn_pull(
         &self,
         chart: &dyn AnyChart,
-        search: &Search,
+        search: &PathSearch,
         axis: &Vector3<f64>,
         route: &mut Route,
     ) -> Result<DVector<f64>> {

@@ -7,11 +7,12 @@
 
 use super::chart::{Chart, as_array, dynamic, dynamic_matrix};
 use super::ivp::{self, LineState, Wrench};
-use super::problem::Problem;
+use super::problem::{Problem, Trial};
 use super::scaled_law::ScaledLaw;
+use super::zero_modes::FreePhase;
 use crate::error::Result;
 use crate::math::se3::halves;
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3, Vector3, Vector6};
 
 /// The chart: force on the end, along the directors there, in units B/L^2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,6 +120,26 @@ impl Chart for FreeEnd {
             }
         }
         (self.residual(problem, trial), dynamic_matrix(matrix))
+    }
+
+    /// Along the directors of the end a free turn turns the force about d3.
+    fn phase(
+        &self,
+        problem: &Problem,
+        _: &DVector<f64>,
+        trial: &FreeEndTrial,
+    ) -> Result<Option<FreePhase>> {
+        let wrench = trial.wrench();
+        if problem.end.follower || problem.free_turn(&wrench).is_none() {
+            return Ok(None);
+        }
+        let end = Trial::bare(trial.r, Matrix3::identity(), Vector3::zeros(), trial.n);
+        let [_, place] = problem.phase_at_end(&end);
+        Ok((place.norm() > 0.0).then(|| FreePhase {
+            against: dynamic(place),
+            pointer: trial.q.xy(),
+            by: Matrix2xX::identity(3),
+        }))
     }
 
     fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench> {

@@ -24,7 +24,7 @@ use crate::math::se3::Turn;
 use crate::section::Compliance;
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dop853, State, Step};
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
@@ -73,6 +73,23 @@ impl<const K: usize, C: LoadState<K>> LineState<K, C> {
             energy,
             tangent: std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i])),
             carried: C::NOTHING,
+        }
+    }
+
+    /// A section at `s`, with its directors as columns and the energy up to it: nothing of the load is taken yet.
+    pub(super) fn at_section(
+        s: f64,
+        rotation: &Matrix3<f64>,
+        r: &Vector3<f64>,
+        energy: f64,
+    ) -> Self {
+        let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
+        Self {
+            s,
+            q: [q.w, q.i, q.j, q.k],
+            r: (*r).into(),
+            energy,
+            ..Self::clamp()
         }
     }
 

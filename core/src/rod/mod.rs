@@ -49,7 +49,7 @@ pub use problem::{EndConditions, LoadsWithoutPotential, Problem};
 pub use solution_path::{ChosenPath, Path, ProblemChart};
 pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, TautLoad, Tip};
 pub use two_ended_chart::BothEnds;
-pub use zero_modes::ZeroMode;
+pub use zero_modes::{FreePhase, ZeroMode};
 
 use crate::error::{Error, Result};
 use crate::section::{self, Measures, SectionLaw, Strain};

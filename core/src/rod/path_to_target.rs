@@ -30,7 +30,7 @@ const MAX_WINDING: f64 = 200.0;
 const BUDGET: usize = 4000;
 
 /// Budget and failures shared by all paths to a solution.
-pub(super) struct Search {
+pub(super) struct PathSearch {
     evaluations: Cell<usize>,
     starts: Cell<usize>,
     /// Fraction reached by the farthest of the failed paths, and its error.
@@ -39,7 +39,7 @@ pub(super) struct Search {
     reached: Cell<f64>,
 }
 
-impl Search {
+impl PathSearch {
     pub(super) fn new() -> Self {
         Self {
             evaluations: Cell::new(0),
@@ -132,7 +132,7 @@ pub(super) fn newton(
 
 pub(super) fn budgeted_equations(
     chart: &dyn AnyChart,
-    search: &Search,
+    search: &PathSearch,
     problem: &Problem,
     x: &DVector<f64>,
 ) -> Result<Equations> {
@@ -152,7 +152,7 @@ pub(super) fn budgeted_equations(
 /// Follows the solution of `at(part)` from part = 0, where the solution is `x`, to 1.
 pub(super) fn follow(
     chart: &dyn AnyChart,
-    search: &Search,
+    search: &PathSearch,
     x: DVector<f64>,
     route: &mut Route,
     whence: &str,
@@ -217,7 +217,7 @@ pub(super) fn follow(
 /// buckles in any plane). Plain Newton steps are singular there; these find the nearest member.
 fn settle(
     chart: &dyn AnyChart,
-    search: &Search,
+    search: &PathSearch,
     problem: &Problem,
     guess: &DVector<f64>,
 ) -> Result<Solution> {

@@ -430,6 +430,10 @@ impl Chart for Plane {
         3
     }
 
+    fn is_planar(&self) -> bool {
+        true
+    }
+
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FlatTrial> {
         match problem.weight {
             None => self.at::<VARIED>(problem, &as_array(x)?),

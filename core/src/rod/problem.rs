@@ -313,7 +313,7 @@ impl Problem {
     }
 
     /// All loads on the rod; `None` if all have a potential.
-    fn followed(&self) -> Option<LoadsAlong> {
+    pub(super) fn followed(&self) -> Option<LoadsAlong> {
         Some(LoadsAlong {
             followed: self.followed.clone()?,
             dead: self.weight.clone().unwrap_or_else(ScaledLoad::nothing),

@@ -85,7 +85,8 @@ impl ProblemChart {
 impl Problem {
     /// Chart of any problem in space: the force on the end if it bears no couple, or else the base wrench.
     pub fn charted_in_space(&self) -> ProblemChart {
-        if self.has_free_end() {
+        // A ball joint on the axis bears no force across: a free turn needs the equations of the couple for its phase.
+        if self.has_free_end() && !(self.end.holds() && self.turns_freely_about_clamp()) {
             ProblemChart::FreeEnd(FreeEnd)
         } else {
             ProblemChart::Spatial(Spatial)

@@ -27,6 +27,8 @@ use std::sync::Arc;
 
 /// lam^2 beyond which a rod is solved from both ends.
 const TAUT: f64 = 100.0;
+/// lam^2 beyond which a rod under a load along it is solved from both ends. Its force is greatest at the ends.
+const LOADED: f64 = 49.0;
 /// Couples and forces up to this size enter the unknowns unscaled; larger ones by their logarithm.
 const SLACK: f64 = 10.0;
 /// Tolerance of taut rods, over that of the problem: differences between meshes must not trouble Newton's method.
@@ -91,17 +93,22 @@ enum TrialForm {
 }
 
 /// Residuals of a rod in space whose end is free to move: couple or turn, place, force.
-type Equations = SVector<f64, WHOLE>;
-type Slopes = SMatrix<f64, WHOLE, WHOLE>;
+type FreeEndResiduals = SVector<f64, WHOLE>;
+type FreeEndSlopes = SMatrix<f64, WHOLE, WHOLE>;
 
 impl Problem {
-    /// True if the rod is so taut that its base wrench loses digits of the end: sqrt(F L^2/B) beyond ten. Base wrench
-    /// and end are in the world. False for loads that turn with the end, which have no other chart.
+    /// True if the rod is so taut that its base wrench loses digits of the end: sqrt(F L^2/B) beyond ten, or beyond
+    /// seven under a load along the rod. Base wrench and end are in the world. False for loads that turn with the
+    /// end, which have no other chart.
     pub fn is_taut(&self, base: &Wrench, end: &RodSection) -> bool {
         let (_, n) = halves(&self.rod.inward(base));
         let clamp = &self.rod.clamp;
         let place = clamp.inverse_transform_point(&end.position.into()).coords / self.rod.length;
-        self.may_be_taut() && self.pull_on(&n, &place) > TAUT
+        self.may_be_taut() && self.pull_on(&n, &place) > self.taut_from()
+    }
+
+    fn taut_from(&self) -> f64 {
+        if self.weight.is_some() { LOADED } else { TAUT }
     }
 }
 
@@ -152,7 +159,7 @@ impl BothEnds {
             )));
         }
         let held = problem.is_held();
-        let mut whole = Equations::zeros();
+        let mut whole = FreeEndResiduals::zeros();
         for i in (0..3).filter(|i| held[*i]) {
             let mut place = whole.fixed_rows_mut::<3>(6);
             place += problem.axes[i] * problem.targets[i];
@@ -256,7 +263,7 @@ impl BothEnds {
 
     fn evaluate(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
         let (given, by) = self.given(problem, x)?;
-        let taut = problem.pull_on(&given.n, &given.place) > TAUT;
+        let taut = problem.pull_on(&given.n, &given.place) > problem.taut_from();
         let seen = if taut && problem.may_be_taut() {
             TrialForm::Taut(self.solve_beside_spring(problem, &given)?, problem.tip())
         } else {
@@ -305,7 +312,7 @@ impl BothEndsTrial {
 
     /// All nine residuals. The difference between the end conditions of `problem` and of the trial enters to first
     /// order.
-    fn residual(&self, problem: &Problem) -> Equations {
+    fn residual(&self, problem: &Problem) -> FreeEndResiduals {
         let GivenData { m, n, mut place } = self.given;
         let held = problem.is_held();
         // Force on the end.
@@ -339,12 +346,12 @@ impl BothEndsTrial {
             }
         };
         let off = place - r;
-        Equations::from_iterator(first.iter().chain(&off).chain(&force).copied())
+        FreeEndResiduals::from_iterator(first.iter().chain(&off).chain(&force).copied())
     }
 
     /// Derivatives of the residuals by m, n and place.
-    fn slopes(&self, problem: &Problem) -> Slopes {
-        let mut slopes = Slopes::zeros();
+    fn slopes(&self, problem: &Problem) -> FreeEndSlopes {
+        let mut slopes = FreeEndSlopes::zeros();
         let mut put = |row: usize, column: usize, block: &Matrix3<f64>| {
             slopes.fixed_view_mut::<3, 3>(row, column).copy_from(block);
         };
@@ -397,6 +404,10 @@ impl Chart for BothEnds {
 
     fn size(&self) -> usize {
         self.free.len() + self.plane.map_or(6, |_| 3)
+    }
+
+    fn is_planar(&self) -> bool {
+        self.plane.is_some()
     }
 
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {

@@ -4,12 +4,19 @@
 //! same angle: phi = e - d3. Isotropy keeps the energy of the rod, and a scene is symmetric if its loads and supports
 //! are: dead loads along e, an end held on the axis with its tangent along e, or free. The base wrench then changes by
 //! (e x m, e x n). This motion is known beforehand, so that no eigenvalue decides whether it counts.
+//!
+//! The equations of such an equilibrium are singular. Their Jacobian J maps the turn of the base wrench to 0. The
+//! second variation is self-adjoint. Therefore J^T also maps a vector l to 0. Beside each held component of the end, l
+//! has the change of the wrench by the turn; beside each loaded one it has the displacement, reversed. A pointer that
+//! turns with the rod, (m1 + n1, m2 + n2) of the base wrench, keeps the direction that it had at the start of a branch.
+//! Its deviation phi times l is added to the equations. They are then singular at true branch points alone.
 
 use super::ivp::Wrench;
+use super::problem::Trial;
 use super::taut::Symmetry;
 use super::{Plane, Problem};
 use crate::math::se3::halves;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3, Vector2, Vector3};
 
 /// Part of a direction that is rounding.
 const ROUNDING: f64 = 1e-12;
@@ -32,6 +39,33 @@ pub(super) enum FreeTurn {
     AtGivenForce,
     /// The turn changes the force by this vector, and is neutral only while the place of the end is held.
     AtHeldPlace(Vector3<f64>),
+}
+
+/// A free turn in the unknowns x and equations of a chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreePhase {
+    /// Combination l of the equations that the unknowns do not change.
+    pub against: DVector<f64>,
+    /// Pointer that turns with the rod.
+    pub pointer: Vector2<f64>,
+    /// Derivative of the pointer by x.
+    pub by: Matrix2xX<f64>,
+}
+
+impl FreePhase {
+    /// Adds an equation: the pointer keeps the direction `first`.
+    pub fn hold(
+        &self,
+        first: &Vector2<f64>,
+        residual: &mut DVector<f64>,
+        jacobian: &mut DMatrix<f64>,
+    ) {
+        let size = jacobian.norm() / (jacobian.nrows() as f64).sqrt();
+        let against = self.against.normalize() * size;
+        let across = Vector2::new(-first.y, first.x);
+        residual.axpy(across.dot(&self.pointer), &against, 1.0);
+        jacobian.ger(1.0, &against, &self.by.tr_mul(&across), 1.0);
+    }
 }
 
 /// A motion that costs nothing.
@@ -66,7 +100,7 @@ impl Problem {
         let (m, n) = halves(b);
         let (couple, force) = (AXIS.cross(&m), AXIS.cross(&n));
         let size = 1.0 + b.norm();
-        if couple.norm() + force.norm() <= AT_REST * size || !self.is_symmetric() {
+        if couple.norm() + force.norm() <= AT_REST * size || !self.turns_freely_about_clamp() {
             return None;
         }
         Some(if force.norm() <= KEPT * size {
@@ -74,6 +108,42 @@ impl Problem {
         } else {
             FreeTurn::AtHeldPlace(force)
         })
+    }
+
+    /// The phase of the free turn in the equations for the base wrench `b`; None without a free turn. `trial` is the
+    /// end of the rod.
+    pub(super) fn phase(&self, b: &Wrench, trial: &Trial) -> Option<FreePhase> {
+        self.free_turn(b)?;
+        let [turn, place] = self.phase_at_end(trial);
+        let against = DVector::from_iterator(6, turn.iter().chain(&place).copied());
+        let row = |i: usize, j: usize| f64::from(u8::from(j == i || j == 3 + i));
+        let by = Matrix2xX::from_fn(6, row);
+        (against.norm() > 0.0).then(|| FreePhase {
+            against,
+            pointer: &by * b,
+            by,
+        })
+    }
+
+    /// The equations of the end that a free turn leaves undetermined: those of its turn or couple, then those of its
+    /// place or force, by world component.
+    pub(super) fn phase_at_end(&self, trial: &Trial) -> [Vector3<f64>; 2] {
+        let turned = AXIS - trial.rotation.column(2);
+        let moved = AXIS.cross(&trial.r);
+        if self.end.follower {
+            let back = trial.rotation.transpose();
+            return [-back * turned, -back * moved];
+        }
+        let turn = match self.orientation {
+            Some(_) => AXIS.cross(&trial.m),
+            None => -turned,
+        };
+        let pushed = AXIS.cross(&trial.n);
+        let place = Vector3::from_fn(|i, _| {
+            let held = self.end.position[i].is_some();
+            self.axes[i].dot(&if held { pushed } else { -moved })
+        });
+        [turn, place]
     }
 
     /// True if the held place and directors of an end at `position` with d3 = `tangent` keep to the clamp's axis under
@@ -104,8 +174,8 @@ impl Problem {
         }
     }
 
-    /// True if law, loads and supports stay the same under a turn about the clamp's axis.
-    fn is_symmetric(&self) -> bool {
+    /// True if law, loads and supports stay the same under a turn about the clamp's axis: a bent rod turns for nothing.
+    pub fn turns_freely_about_clamp(&self) -> bool {
         let along = |v: &Vector3<f64>| v.xy().norm() <= ROUNDING * (1.0 + v.norm());
         let ends = if self.end.follower {
             along(&self.couple) && along(&Vector3::from(self.targets))

@@ -170,8 +170,8 @@ impl Barrier {
         let linear = self.base.rest() + self.base.compliance() * w;
         let start = self.start.coordinates(&linear).ok_or_else(|| {
             Error::domain(format!(
-                "the resultants {:?} must be finite, and so must be their strains",
-                w.as_slice()
+                "the resultants {} must be finite, and so must be their strains",
+                crate::error::named(&crate::error::RESULTANTS, w.as_slice())
             ))
         })?;
         invert(self, start, w, seen)

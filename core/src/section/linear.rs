@@ -277,8 +277,8 @@ fn compliance(stiffness: &Matrix6<f64>, rigid: [bool; 6]) -> Result<Compliance> 
     };
     if !bounded {
         return Err(Error::domain(format!(
-            "the stiffness is too small, its inverse overflows: its diagonal is {:?}",
-            diagonal.as_slice()
+            "the stiffness is too small, its inverse overflows: its diagonal, by the strains, is {}",
+            crate::error::named(&crate::error::STRAINS, diagonal.as_slice())
         )));
     }
     Ok(inverse)
@@ -377,8 +377,8 @@ impl SectionLaw for Linear {
         let energy = 0.5 * deviation.dot(w);
         if !energy.is_finite() {
             return Err(Error::domain(format!(
-                "the resultants {:?} must be finite, and so must be their energy",
-                w.as_slice()
+                "the resultants {} must be finite, and so must be their energy",
+                crate::error::named(&crate::error::RESULTANTS, w.as_slice())
             )));
         }
         Ok(Inverse {

@@ -11,6 +11,7 @@
 //! * [`Driven`]: any law with rest strains that are driven. [`LawInTime`]: drive and tensions as histories.
 
 mod barrier;
+mod centreline;
 mod coordinates;
 mod driven;
 mod in_rod_units;
@@ -27,6 +28,7 @@ mod tendons;
 mod varying;
 
 pub use barrier::{Barrier, BarrierTerm};
+pub use centreline::Centreline;
 pub(crate) use coordinates::reverse_law;
 pub use driven::{Driven, RestDrive};
 pub use in_rod_units::{Measures, law_in_units};

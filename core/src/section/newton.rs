@@ -53,8 +53,8 @@ pub(crate) fn invert(
     check_finite("the resultants", w.as_slice())?;
     let outside = |x: &Vector6<f64>| {
         Error::domain(format!(
-            "the inverse law has nowhere to start: the law is not defined at {:?}",
-            x.as_slice()
+            "the inverse law has nowhere to start: the law is not defined at {}",
+            crate::error::named(&crate::error::STRAINS, x.as_slice())
         ))
     };
     let mut point = law.at(&x)?.ok_or_else(|| outside(&x))?;
@@ -82,10 +82,10 @@ pub(crate) fn invert(
         }
     }
     Err(Error::no_convergence(format!(
-        "the inverse law found no strains for the resultants {:?}: relative residual {residual:e} at the strains {:?}; \
+        "the inverse law found no strains for the resultants {}: the relative residual is {residual:.1e} at the strains {}; \
          the stored energy may grow too slowly or not be smooth",
-        w.as_slice(),
-        point.strain.as_slice()
+        crate::error::named(&crate::error::RESULTANTS, w.as_slice()),
+        crate::error::named(&crate::error::STRAINS, point.strain.as_slice())
     )))
 }
 
@@ -100,8 +100,8 @@ fn linearise(
     let mut inverse =
         equilibrated_inverse(&unit_at_rigid(&point.slope, rigid)).ok_or_else(|| {
             Error::no_convergence(format!(
-                "the inverse law met a singular tangent at the strains {:?}",
-                point.strain.as_slice()
+                "the inverse law met a singular tangent at the strains {}",
+                crate::error::named(&crate::error::STRAINS, point.strain.as_slice())
             ))
         })?;
     for k in (0..6).filter(|k| rigid[*k]) {
@@ -227,9 +227,9 @@ impl Convexity {
             Self::Lost(smallest, strain) => (format!("convex, mostly in {strain},"), smallest),
         };
         Err(Error::domain(format!(
-            "the stored energy is not {what} at s = {s}, strains {:?}: \
+            "the stored energy is not {what} at s = {s}, strains {}: \
              the smallest eigenvalue of its second derivative is {smallest:.3e}",
-            e.as_slice()
+            crate::error::named(&crate::error::STRAINS, e.as_slice())
         )))
     }
 }

@@ -6,11 +6,11 @@ use crate::math::piecewise::Piecewise;
 /// A number as a function of the arclength s of the unloaded rod, 0 <= s <= L.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(transparent))]
-pub struct Along(Form);
+pub struct Along(ProfileForm);
 
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
-enum Form {
+enum ProfileForm {
     Constant(f64),
     /// Linear between the nodes, s in growing order; a repeated place is a jump.
     Table {
@@ -21,6 +21,11 @@ enum Form {
     Polynomial {
         polynomial: Vec<f64>,
     },
+    /// Polynomials between neighbouring places s, in powers of the part of the piece before a place.
+    Pieces {
+        s: Vec<f64>,
+        pieces: Vec<Vec<f64>>,
+    },
 }
 
 /// Largest distance of s beyond the ends of a table, relative to its length: rounding.
@@ -28,7 +33,7 @@ const BEYOND: f64 = 1e-12;
 
 impl From<f64> for Along {
     fn from(value: f64) -> Self {
-        Self(Form::Constant(value))
+        Self(ProfileForm::Constant(value))
     }
 }
 
@@ -74,7 +79,7 @@ impl Along {
             )));
         }
         let (s, values) = nodes.iter().copied().unzip();
-        Ok(Self(Form::Table { s, values }))
+        Ok(Self(ProfileForm::Table { s, values }))
     }
 
     /// c0 + c1 x + c2 x^2 + ..., x = s/L.
@@ -88,7 +93,29 @@ impl Along {
             )));
         }
         let polynomial = coefficients.to_vec();
-        Ok(Self(Form::Polynomial { polynomial }))
+        Ok(Self(ProfileForm::Polynomial { polynomial }))
+    }
+
+    /// A polynomial between each two neighbours of the growing places `s`, which cover the rod. Coefficients are those
+    /// of 1, y, y^2, ..., where y goes from 0 to 1 between the two places. The inner places are breaks.
+    ///
+    /// # Errors
+    /// Another number of polynomials than of intervals; numbers that are not finite; places out of order.
+    pub fn pieces_between(s: &[f64], pieces: Vec<Vec<f64>>) -> Result<Self> {
+        let rising = s.windows(2).all(|pair| pair[0] < pair[1]);
+        let finite = s
+            .iter()
+            .chain(pieces.iter().flatten())
+            .all(|x| x.is_finite());
+        if !(rising && finite && !pieces.is_empty() && s.len() == pieces.len() + 1) {
+            return Err(Error::domain(format!(
+                "{} polynomials along the rod need {} finite places in growing order, and finite coefficients",
+                pieces.len(),
+                pieces.len() + 1
+            )));
+        }
+        let s = s.to_vec();
+        Ok(Self(ProfileForm::Pieces { s, pieces }))
     }
 
     /// The value at s, of a rod of this length.
@@ -97,12 +124,12 @@ impl Along {
     /// s outside a table.
     pub fn at(&self, s: f64, length: f64) -> Result<f64> {
         match &self.0 {
-            Form::Constant(value) => Ok(*value),
-            Form::Polynomial { polynomial } => {
+            ProfileForm::Constant(value) => Ok(*value),
+            ProfileForm::Polynomial { polynomial } => {
                 let x = s / length;
                 Ok(polynomial.iter().rev().fold(0.0, |sum, c| sum * x + c))
             }
-            Form::Table { s: nodes, values } => {
+            ProfileForm::Table { s: nodes, values } => {
                 let last = nodes.len() - 1;
                 let (from, to) = (nodes[0], nodes[last]);
                 let slack = BEYOND * (to - from);
@@ -116,6 +143,14 @@ impl Along {
                 let t = ((s - a) / (b - a)).clamp(0.0, 1.0);
                 Ok(values[right - 1] * (1.0 - t) + values[right] * t)
             }
+            ProfileForm::Pieces { s: ends, pieces } => {
+                let right = ends.partition_point(|end| *end <= s);
+                let right = right.clamp(1, pieces.len());
+                let (a, b) = (ends[right - 1], ends[right]);
+                let y = ((s - a) / (b - a)).clamp(0.0, 1.0);
+                let coefficients = pieces[right - 1].iter().rev();
+                Ok(coefficients.fold(0.0, |sum, c| sum * y + c))
+            }
         }
     }
 
@@ -123,10 +158,24 @@ impl Along {
     #[must_use]
     pub fn times(mut self, factor: f64) -> Self {
         match &mut self.0 {
-            Form::Constant(value) => *value *= factor,
-            Form::Table { values: all, .. } | Form::Polynomial { polynomial: all } => {
+            ProfileForm::Constant(value) => *value *= factor,
+            ProfileForm::Table { values: all, .. }
+            | ProfileForm::Polynomial { polynomial: all } => {
                 all.iter_mut().for_each(|value| *value *= factor);
             }
+            ProfileForm::Pieces { pieces, .. } => {
+                let all = pieces.iter_mut().flatten();
+                all.for_each(|value| *value *= factor);
+            }
+        }
+        self
+    }
+
+    /// This profile on a rod that is longer by a factor: the value at s moves to s times the factor.
+    #[must_use]
+    pub fn stretched(mut self, factor: f64) -> Self {
+        if let ProfileForm::Table { s, .. } | ProfileForm::Pieces { s, .. } = &mut self.0 {
+            s.iter_mut().for_each(|place| *place *= factor);
         }
         self
     }
@@ -134,9 +183,9 @@ impl Along {
     /// Polynomials in x = s/L, piece by piece, of a rod of length L. A table must cover the rod.
     pub fn pieces(&self, length: f64) -> Piecewise {
         Piecewise::new(match &self.0 {
-            Form::Constant(value) => vec![(0.0, vec![*value])],
-            Form::Polynomial { polynomial } => vec![(0.0, polynomial.clone())],
-            Form::Table { s, values } => {
+            ProfileForm::Constant(value) => vec![(0.0, vec![*value])],
+            ProfileForm::Polynomial { polynomial } => vec![(0.0, polynomial.clone())],
+            ProfileForm::Table { s, values } => {
                 let steps = s.windows(2).zip(values.windows(2));
                 let steps = steps.filter(|(s, _)| s[0] < s[1]);
                 let piece = |(s, values): (&[f64], &[f64])| {
@@ -145,13 +194,23 @@ impl Along {
                 };
                 steps.map(piece).collect()
             }
+            ProfileForm::Pieces { s, pieces } => {
+                let each = s.windows(2).zip(pieces);
+                let piece = |(s, coefficients): (&[f64], &Vec<f64>)| {
+                    let over = length / (s[1] - s[0]);
+                    let powers = coefficients.iter().enumerate();
+                    let powers = powers.map(|(k, c)| c * over.powi(k as i32));
+                    (s[0] / length, powers.collect())
+                };
+                each.map(piece).collect()
+            }
         })
     }
 
     /// The value, if constant along the rod.
     pub fn constant(&self) -> Option<f64> {
         match self.0 {
-            Form::Constant(value) => Some(value),
+            ProfileForm::Constant(value) => Some(value),
             _ => None,
         }
     }
@@ -159,15 +218,15 @@ impl Along {
     /// The value, to be changed, if constant along the rod.
     pub fn constant_mut(&mut self) -> Option<&mut f64> {
         match &mut self.0 {
-            Form::Constant(value) => Some(value),
+            ProfileForm::Constant(value) => Some(value),
             _ => None,
         }
     }
 
-    /// The arclengths of a table, in growing order; empty for other forms.
+    /// The arclengths of a table, or of the ends of polynomials, in growing order; empty for other forms.
     pub fn nodes(&self) -> &[f64] {
         match &self.0 {
-            Form::Table { s, .. } => s,
+            ProfileForm::Table { s, .. } | ProfileForm::Pieces { s, .. } => s,
             _ => &[],
         }
     }
@@ -183,9 +242,11 @@ impl Along {
     /// True if zero for all s.
     pub fn vanishes(&self) -> bool {
         match &self.0 {
-            Form::Constant(value) => *value == 0.0,
-            Form::Table { values: all, .. } | Form::Polynomial { polynomial: all } => {
-                all.iter().all(|value| *value == 0.0)
+            ProfileForm::Constant(value) => *value == 0.0,
+            ProfileForm::Table { values: all, .. }
+            | ProfileForm::Polynomial { polynomial: all } => all.iter().all(|value| *value == 0.0),
+            ProfileForm::Pieces { pieces, .. } => {
+                pieces.iter().flatten().all(|value| *value == 0.0)
             }
         }
     }
@@ -193,12 +254,12 @@ impl Along {
     /// Error unless positive, as far as known beforehand: linear pieces are positive if their nodes are.
     pub(super) fn check_positive(&self, name: &str) -> Result<()> {
         match &self.0 {
-            Form::Constant(value) => check_positive(name, *value),
-            Form::Table { s, values } => s
+            ProfileForm::Constant(value) => check_positive(name, *value),
+            ProfileForm::Table { s, values } => s
                 .iter()
                 .zip(values)
                 .try_for_each(|(s, value)| check_positive(&format!("{name} at s = {s}"), *value)),
-            Form::Polynomial { .. } => Ok(()),
+            ProfileForm::Polynomial { .. } | ProfileForm::Pieces { .. } => Ok(()),
         }
     }
 }

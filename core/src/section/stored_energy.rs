@@ -112,9 +112,9 @@ impl<E: StoredEnergy> Hyperelastic<E> {
         check_constraints(six(self.0.rigid()), &self.0.start(s), e)?;
         let jet = self.jet(s, e).ok_or_else(|| {
             Error::domain(format!(
-                "the strains {:?} are not admissible at s = {s}: \
+                "the strains {} are not admissible at s = {s}: \
                  outside the domain of the stored energy, or it is not finite and smooth there",
-                e.as_slice()
+                crate::error::named(&crate::error::STRAINS, e.as_slice())
             ))
         })?;
         Convexity::of(&jet.2, six(self.0.rigid())).strict(s, e)?;

@@ -250,12 +250,12 @@ fn pointlike(s: f64) -> Error {
 }
 
 /// The law at one s, as a function of its strains.
-struct LawAt<'a> {
+struct TendonLawAt<'a> {
     law: &'a Tendons,
     s: f64,
 }
 
-impl Potential for LawAt<'_> {
+impl Potential for TendonLawAt<'_> {
     fn rigid(&self) -> [bool; 6] {
         self.law.rigid()
     }
@@ -321,7 +321,7 @@ impl SectionLaw for Tendons {
         let unloaded = self.base.unloaded(s)?;
         let near = self.base.inverse(s, &(w - self.pull(s, &unloaded)));
         let start = near.map_or(unloaded, |near| near.strain);
-        let here = LawAt { law: self, s };
+        let here = TendonLawAt { law: self, s };
         invert(&here, start, w, |_| ())
             .map_err(|e| e.context(format!("the section with its tendons at s = {s}")))
     }

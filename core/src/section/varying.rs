@@ -175,7 +175,7 @@ impl Rest {
 }
 
 /// A user's linear law as a function of s.
-type Law = Arc<dyn Fn(f64) -> Result<Linear> + Send + Sync>;
+type UserLaw = Arc<dyn Fn(f64) -> Result<Linear> + Send + Sync>;
 
 /// A linear law that varies along the rod: diagonal with entries that are functions of s, or any [`Linear`] law as a
 /// function of s. Shear and stretch are rigid until their stiffnesses are given, everywhere along the rod.
@@ -199,16 +199,16 @@ type Law = Arc<dyn Fn(f64) -> Result<Linear> + Send + Sync>;
 /// ```
 #[derive(Clone)]
 pub struct Varying {
-    source: Source,
+    source: LawSource,
     breaks: Vec<f64>,
 }
 
 #[derive(Clone)]
-enum Source {
+enum LawSource {
     Entries(Box<Entries>),
     Shaped(Box<Shaped>),
     Rested(Box<Rested>),
-    Function(Law),
+    Function(UserLaw),
 }
 
 /// A law of a shape that varies.
@@ -273,7 +273,7 @@ impl Varying {
         }
         let mut varying = Self {
             breaks: Vec::new(),
-            source: Source::Entries(Box::new(Entries { law, rest, length })),
+            source: LawSource::Entries(Box::new(Entries { law, rest, length })),
         };
         varying.gather_breaks();
         Ok(varying)
@@ -301,7 +301,7 @@ impl Varying {
     pub fn from_linear(law: Linear, rest: Rest, length: f64) -> Result<Self> {
         let breaks: Vec<f64> = rest.all().flat_map(Along::breaks).copied().collect();
         let varying = Self {
-            source: Source::Rested(Box::new(Rested { law, rest, length })),
+            source: LawSource::Rested(Box::new(Rested { law, rest, length })),
             breaks: Vec::new(),
         };
         varying.with_breaks(&breaks)
@@ -323,7 +323,7 @@ impl Varying {
             plane: None,
         };
         let varying = Self {
-            source: Source::Shaped(Box::new(shaped)),
+            source: LawSource::Shaped(Box::new(shaped)),
             breaks: Vec::new(),
         };
         varying.with_breaks(&breaks)
@@ -333,7 +333,7 @@ impl Varying {
     /// the stiffness `held`. Other laws are unchanged.
     #[must_use]
     pub fn in_plane(mut self, normal: usize, held: f64) -> Self {
-        if let Source::Shaped(shaped) = &mut self.source {
+        if let LawSource::Shaped(shaped) = &mut self.source {
             shaped.plane = Some((normal, held));
         }
         self
@@ -342,7 +342,7 @@ impl Varying {
     /// Any law of s. It is taken to be smooth between breaks ([`Varying::with_breaks`]).
     pub fn by(law: impl Fn(f64) -> Result<Linear> + Send + Sync + 'static) -> Self {
         Self {
-            source: Source::Function(Arc::new(law)),
+            source: LawSource::Function(Arc::new(law)),
             breaks: Vec::new(),
         }
     }
@@ -394,24 +394,24 @@ impl Varying {
     /// s outside a table; a law without a positive definite stiffness at s.
     pub fn at(&self, s: f64) -> Result<Linear> {
         match &self.source {
-            Source::Entries(entries) => entries.law.at(&entries.rest, s, entries.length),
-            Source::Rested(rested) => {
+            LawSource::Entries(entries) => entries.law.at(&entries.rest, s, entries.length),
+            LawSource::Rested(rested) => {
                 let found = rested.rest.at(s, rested.length);
                 found.and_then(|(curvature, twist)| rested.law.with_rest(curvature, twist))
             }
-            Source::Shaped(shaped) => shaped.at(s),
-            Source::Function(law) => law(s),
+            LawSource::Shaped(shaped) => shaped.at(s),
+            LawSource::Function(law) => law(s),
         }
         .map_err(|e| e.context(format!("the section at s = {s}")))
     }
 
     fn edited(mut self, what: &str, edit: impl FnOnce(&mut Entries)) -> Result<Self> {
         match &mut self.source {
-            Source::Entries(entries) => {
+            LawSource::Entries(entries) => {
                 edit(entries);
                 entries.law.check()?;
             }
-            Source::Shaped(_) | Source::Rested(_) | Source::Function(_) => {
+            LawSource::Shaped(_) | LawSource::Rested(_) | LawSource::Function(_) => {
                 return Err(Error::domain(format!(
                     "{what} cannot be set on a law given as a function of s: set it in the function"
                 )));
@@ -422,7 +422,7 @@ impl Varying {
     }
 
     fn gather_breaks(&mut self) {
-        if let Source::Entries(entries) = &self.source {
+        if let LawSource::Entries(entries) = &self.source {
             self.breaks.extend(entries.all().flat_map(Along::breaks));
         }
         self.sort_breaks();
@@ -438,10 +438,10 @@ impl fmt::Debug for Varying {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut shown = f.debug_struct("Varying");
         match &self.source {
-            Source::Entries(entries) => shown.field("entries", entries),
-            Source::Shaped(shaped) => shown.field("shaped", shaped),
-            Source::Rested(rested) => shown.field("rested", rested),
-            Source::Function(_) => shown.field("law", &"a function of s"),
+            LawSource::Entries(entries) => shown.field("entries", entries),
+            LawSource::Shaped(shaped) => shown.field("shaped", shaped),
+            LawSource::Rested(rested) => shown.field("rested", rested),
+            LawSource::Function(_) => shown.field("law", &"a function of s"),
         };
         shown.field("breaks", &self.breaks).finish()
     }
@@ -485,19 +485,19 @@ impl SectionLaw for Varying {
     /// True if every entry is a constant.
     fn is_uniform(&self) -> bool {
         match &self.source {
-            Source::Entries(entries) => entries.all().all(|along| along.constant().is_some()),
-            Source::Shaped(_) | Source::Rested(_) | Source::Function(_) => false,
+            LawSource::Entries(entries) => entries.all().all(|along| along.constant().is_some()),
+            LawSource::Shaped(_) | LawSource::Rested(_) | LawSource::Function(_) => false,
         }
     }
 
     fn has_uniform_stiffness(&self) -> bool {
         match &self.source {
-            Source::Entries(entries) => {
+            LawSource::Entries(entries) => {
                 let mut entries = entries.law.stiffnesses();
                 entries.all(|(_, along)| along.constant().is_some())
             }
-            Source::Rested(_) => true,
-            Source::Shaped(_) | Source::Function(_) => false,
+            LawSource::Rested(_) => true,
+            LawSource::Shaped(_) | LawSource::Function(_) => false,
         }
     }
 
@@ -513,9 +513,9 @@ impl SectionLaw for Varying {
     /// Exact for entries and shapes (they are diagonal); false for a function of s.
     fn planar_about(&self) -> [bool; 2] {
         let Rest { curvature, twist } = match &self.source {
-            Source::Entries(entries) => &entries.rest,
-            Source::Shaped(shaped) => &shaped.rest,
-            Source::Rested(_) | Source::Function(_) => return [false; 2],
+            LawSource::Entries(entries) => &entries.rest,
+            LawSource::Shaped(shaped) => &shaped.rest,
+            LawSource::Rested(_) | LawSource::Function(_) => return [false; 2],
         };
         std::array::from_fn(|axis| twist.vanishes() && curvature[1 - axis].vanishes())
     }

@@ -109,8 +109,8 @@ pub fn find_further(
                         .any(|x| is_near(x, &solution.x, options.separation)) =>
                 {
                     break Error::no_convergence(format!(
-                        "the search fell back to the known solution x = {:?}",
-                        solution.x.as_slice()
+                        "the search fell back to a known solution, whose largest unknown is {:.3e}",
+                        solution.x.amax()
                     ));
                 }
                 Ok(solution) => {
@@ -159,8 +159,9 @@ fn undamped_newton(
         }
     }
     Err(Error::no_convergence(format!(
-        "neither damped nor undamped Newton found a further solution from x = {:?}; try other guesses",
-        start.as_slice()
+        "neither damped nor undamped steps of Newton's method found a further solution from a guess whose largest unknown is {:.3e}; try \
+         other guesses",
+        start.amax()
     )))
 }
 

@@ -171,8 +171,10 @@ impl<'a> FoldCurve<'a> {
             Ok(at)
         } else {
             Err(Error::domain(format!(
-                "F or a derivative is not finite at x = {:?}, p = {p}, q = {q}; return an error where F is undefined",
-                x.as_slice()
+                "F or a derivative is not finite at p = {p}, q = {q}, where the largest of {} unknowns is {:.3e}; return an error where F is \
+                 undefined",
+                x.len(),
+                x.amax()
             )))
         }
     }

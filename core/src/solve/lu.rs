@@ -12,9 +12,9 @@ use pulp::{Simd, WithSimd};
 /// Eight rows of a column; those beyond the last row of the matrix are zero.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct Line([f64; 8]);
+struct RowLine([f64; 8]);
 
-const ZERO: Line = Line([0.0; 8]);
+const ZERO: RowLine = RowLine([0.0; 8]);
 
 /// `FROM[i]`: ones from place i on, zeros before.
 const FROM: [[f64; 8]; 8] = {
@@ -38,8 +38,8 @@ const FROM: [[f64; 8]; 8] = {
 pub struct Lu {
     size: usize,
     /// Entries of U, and of L below its unit diagonal, by columns; imaginary parts of complex matrices only.
-    re: Vec<Line>,
-    im: Vec<Line>,
+    re: Vec<RowLine>,
+    im: Vec<RowLine>,
     /// Row exchanged with row k at step k.
     rows: Vec<usize>,
     /// Reciprocal pivots 1/u_kk.
@@ -87,7 +87,7 @@ impl Lu {
     }
 
     /// Solution for the right-hand sides, by real and imaginary parts; the sides are overwritten.
-    fn solve_lines(&self, sides: [&mut [Line]; 2]) -> Vec<[f64; 2]> {
+    fn solve_lines(&self, sides: [&mut [RowLine]; 2]) -> Vec<[f64; 2]> {
         let mut found = vec![[0.0; 2]; self.size];
         wide(Solving {
             lu: self,
@@ -121,7 +121,7 @@ impl Lu {
                 }
             }
         }
-        let at = |lines: &[Line]| lines[row / 8].0[row % 8];
+        let at = |lines: &[RowLine]| lines[row / 8].0[row % 8];
         let (x, y) = (at(re), im.map_or(0.0, at));
         self.inverse.push([x / largest, -y / largest]);
         self.rows.push(row);
@@ -139,7 +139,7 @@ const fn is_complex<T>() -> bool {
 }
 
 /// Copies one part of every number into lines.
-fn copy_part<T: Copy>(numbers: &[T], lines: &mut [Line], of: impl Fn(T) -> f64) {
+fn copy_part<T: Copy>(numbers: &[T], lines: &mut [RowLine], of: impl Fn(T) -> f64) {
     for (line, numbers) in lines.iter_mut().zip(numbers.chunks(8)) {
         for (place, x) in line.0.iter_mut().zip(numbers) {
             *place = of(*x);
@@ -149,7 +149,7 @@ fn copy_part<T: Copy>(numbers: &[T], lines: &mut [Line], of: impl Fn(T) -> f64) 
 
 /// Exchanges two rows of a column.
 #[inline(always)]
-fn exchange(column: &mut [Line], i: usize, j: usize) {
+fn exchange(column: &mut [RowLine], i: usize, j: usize) {
     let (x, y) = (column[i / 8].0[i % 8], column[j / 8].0[j % 8]);
     column[i / 8].0[i % 8] = y;
     column[j / 8].0[j % 8] = x;
@@ -175,7 +175,7 @@ impl WithSimd for Eliminating<'_> {
             let ([p, q], row) = (lu.inverse[k], lu.rows[k]);
             let first = (k + 1) / 8;
             // The row exchanged with the pivot row is treated separately: its entry below the pivot, and its factor.
-            let factor = |l: &[Line]| {
+            let factor = |l: &[RowLine]| {
                 if row > k {
                     l[row / 8 - first].0[row % 8]
                 } else {
@@ -187,7 +187,7 @@ impl WithSimd for Eliminating<'_> {
             let above = separate_above(simd, re, k + 1);
             if lu.im.is_empty() {
                 for (x, l) in re.iter_mut().zip(l.iter_mut()) {
-                    *l = Line((Eight::of(simd, x.0) * p).numbers());
+                    *l = RowLine((Eight::of(simd, x.0) * p).numbers());
                 }
                 put(simd, re, l, above);
                 let f = factor(l);
@@ -204,8 +204,8 @@ impl WithSimd for Eliminating<'_> {
             let beside = separate_above(simd, im, k + 1);
             for ((x, y), (l, m)) in re.iter().zip(im.iter()).zip(l.iter_mut().zip(m.iter_mut())) {
                 let (x, y) = (Eight::of(simd, x.0), Eight::of(simd, y.0));
-                *l = Line((x * p - y * q).numbers());
-                *m = Line((x * q + y * p).numbers());
+                *l = RowLine((x * p - y * q).numbers());
+                *m = RowLine((x * q + y * p).numbers());
             }
             put(simd, re, l, above);
             put(simd, im, m, beside);
@@ -234,7 +234,7 @@ fn masks<S: Simd>(simd: S, row: usize) -> (Eight<S>, Eight<S>) {
 
 /// Separates the entries above `row` from the first line of a column, before its division by a possibly small pivot.
 #[inline(always)]
-fn separate_above<S: Simd>(simd: S, column: &mut [Line], row: usize) -> Line {
+fn separate_above<S: Simd>(simd: S, column: &mut [RowLine], row: usize) -> RowLine {
     let (mask, others) = masks(simd, row);
     let above = only(simd, column[0], others);
     column[0] = only(simd, column[0], mask);
@@ -243,14 +243,14 @@ fn separate_above<S: Simd>(simd: S, column: &mut [Line], row: usize) -> Line {
 
 /// Stores a column of L below the separated entries of its first line.
 #[inline(always)]
-fn put<S: Simd>(simd: S, place: &mut [Line], l: &[Line], above: Line) {
+fn put<S: Simd>(simd: S, place: &mut [RowLine], l: &[RowLine], above: RowLine) {
     place.copy_from_slice(l);
-    place[0] = Line((Eight::of(simd, above.0) + Eight::of(simd, l[0].0)).numbers());
+    place[0] = RowLine((Eight::of(simd, above.0) + Eight::of(simd, l[0].0)).numbers());
 }
 
 /// x -= a l for real columns.
 #[inline(always)]
-fn take<S: Simd>(simd: S, x: &mut [Line], l: &[Line], a: f64) {
+fn take<S: Simd>(simd: S, x: &mut [RowLine], l: &[RowLine], a: f64) {
     let a = Eight::all(simd, -a);
     for (x, l) in x.iter_mut().zip(l) {
         x.0 = Eight::of(simd, l.0)
@@ -263,8 +263,8 @@ fn take<S: Simd>(simd: S, x: &mut [Line], l: &[Line], a: f64) {
 #[inline(always)]
 fn take_complex<S: Simd>(
     simd: S,
-    [x, y]: [&mut [Line]; 2],
-    [l, m]: [&[Line]; 2],
+    [x, y]: [&mut [RowLine]; 2],
+    [l, m]: [&[RowLine]; 2],
     [a, b]: [f64; 2],
 ) {
     let (less_a, less_b, b) = (
@@ -284,7 +284,7 @@ fn take_complex<S: Simd>(
 struct Solving<'a> {
     lu: &'a Lu,
     /// Real and imaginary part of the right-hand side, overwritten.
-    sides: [&'a mut [Line]; 2],
+    sides: [&'a mut [RowLine]; 2],
     found: &'a mut [[f64; 2]],
 }
 
@@ -349,8 +349,8 @@ impl WithSimd for Solving<'_> {
 
 /// A line times a mask.
 #[inline(always)]
-fn only<S: Simd>(simd: S, line: Line, mask: Eight<S>) -> Line {
-    Line((mask * Eight::of(simd, line.0)).numbers())
+fn only<S: Simd>(simd: S, line: RowLine, mask: Eight<S>) -> RowLine {
+    RowLine((mask * Eight::of(simd, line.0)).numbers())
 }
 
 impl<T: Scalar> Factor<T> for Lu {

@@ -141,8 +141,10 @@ impl From<Failure> for Error {
                 evaluations,
                 why,
             } => Self::no_convergence(format!(
-                "Newton stopped at x = {:?} with |F| = {residual:e} after {evaluations} evaluations: {why}; {REMEDY}",
-                x.as_slice()
+                "Newton's method stopped after {evaluations} evaluations: {why}; the largest of {} unknowns is {:.3e}, and the equations are \
+                 off by {residual:.1e}; {REMEDY}",
+                x.len(),
+                x.amax()
             )),
         }
     }
@@ -152,11 +154,11 @@ impl From<Failure> for Error {
 pub(crate) const REMEDY: &str =
     "start nearer to a solution, or follow a branch from a solved problem to this one";
 
-type System<'a> = &'a dyn Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>;
+type SystemOf<'a> = &'a dyn Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>;
 
 /// Takes a trait object: compiled once, not for every system.
 fn iterate(
-    system: System<'_>,
+    system: SystemOf<'_>,
     start: &DVector<f64>,
     options: &Options,
 ) -> Result<Solution, Failure> {

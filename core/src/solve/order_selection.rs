@@ -22,13 +22,13 @@ const PATIENCE_LIMIT: u32 = 512;
 
 /// Fading sums over steps: number, work and length.
 #[derive(Debug, Clone, Copy, Default)]
-struct Steps {
+struct FadingSums {
     count: f64,
     work: f64,
     length: f64,
 }
 
-impl Steps {
+impl FadingSums {
     fn fade(&mut self) {
         for sum in [&mut self.count, &mut self.work, &mut self.length] {
             *sum -= *sum / MEAN;
@@ -56,7 +56,7 @@ pub(super) struct Orders {
     /// Mean logarithm of the contraction of Newton's iteration.
     ease: f64,
     /// Statistics of the last steps of this order.
-    last: Steps,
+    last: FadingSums,
     /// During a trial, the cost of a unit of length with the other order.
     other: Option<f64>,
     /// Steps until a trial is decided, or until the other order may be tried.
@@ -73,7 +73,7 @@ impl Orders {
             now: Order::for_tolerance(tolerance),
             free: tolerance <= FINEST,
             ease: 0.0,
-            last: Steps::default(),
+            last: FadingSums::default(),
             other: None,
             left: PATIENCE,
             short: f64::INFINITY,
@@ -162,7 +162,7 @@ impl Orders {
     }
 
     fn begin(&mut self, order: Order, left: u32) {
-        (self.now, self.last, self.left) = (order, Steps::default(), left);
+        (self.now, self.last, self.left) = (order, FadingSums::default(), left);
     }
 }
 

@@ -36,8 +36,8 @@ impl Linearised {
             Ok(self)
         } else {
             Err(Error::domain(format!(
-                "F or a derivative is not finite at x = {:?}, p = {p}; return an error where F is undefined",
-                x.as_slice()
+                "F or a derivative is not finite at p = {p}, where the largest of {n} unknowns is {:.3e}; return an error where F is undefined",
+                x.amax()
             )))
         }
     }

@@ -1,7 +1,7 @@
 //! Motion of an assembly from event to event: the implementation of [`Motion`].
 
 use super::step::StepProgress;
-use super::{AssemblyRun, Pending};
+use super::{AssemblyPending, AssemblyRun};
 use crate::drive::{Motion, StateVariables};
 use crate::event::{Event, Outcome};
 use crate::locate::Timed;
@@ -22,8 +22,8 @@ impl<'a> Motion<'a> for AssemblyRun {
         }
         match self.pending.take() {
             None => {}
-            Some(Pending::Stop(outcome)) => return Some(self.stop(outcome)),
-            Some(Pending::Fold(time_error, crossing)) => {
+            Some(AssemblyPending::Stop(outcome)) => return Some(self.stop(outcome)),
+            Some(AssemblyPending::Fold(time_error, crossing)) => {
                 return Some(self.snap(time_error, crossing).unwrap_or_else(|why| {
                     self.stuck(
                         Cause::Failed(why),
@@ -81,9 +81,9 @@ impl<'a> Motion<'a> for AssemblyRun {
                 crossing,
             } => {
                 self.folded = rods;
-                self.pending = Some(Pending::Fold(time_error, crossing));
+                self.pending = Some(AssemblyPending::Fold(time_error, crossing));
             }
-            StepProgress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
+            StepProgress::End(outcome) => self.pending = Some(AssemblyPending::Stop(outcome)),
             StepProgress::Moved | StepProgress::Arrived => {}
         }
         Some(Event::Step {

@@ -54,7 +54,7 @@ const FINER: f64 = 1e-2;
 const SLACK: f64 = 0.03;
 
 /// Accelerations and charts at the stages.
-type Stages = [(DVector<f64>, Vec<Wrench>); S];
+type AssemblyStages = [(DVector<f64>, Vec<Wrench>); S];
 
 /// State of the implicit steps of a run.
 #[derive(Debug, Clone)]
@@ -66,7 +66,7 @@ pub(super) struct Implicit {
     /// The run takes implicit steps now.
     on: bool,
     h: f64,
-    last: Option<(f64, Stages)>,
+    last: Option<(f64, AssemblyStages)>,
     /// Length of the last explicit steps.
     explicit: f64,
     votes: u32,
@@ -109,7 +109,7 @@ impl Implicit {
 /// A step whose stages are solved.
 struct SolvedStep {
     stages: Vec<DVector<f64>>,
-    unknowns: Stages,
+    unknowns: AssemblyStages,
     /// Linearisation at the last stage.
     last: LinearisedStage,
     iterations: usize,
@@ -128,7 +128,7 @@ fn solve(
     assembly: &Assembly,
     from: &DVector<f64>,
     span: Span,
-    mut unknowns: Stages,
+    mut unknowns: AssemblyStages,
     goal: f64,
     along: f64,
     cost: &mut Cost,
@@ -264,7 +264,7 @@ fn place(
     assembly: &Assembly,
     from: &DVector<f64>,
     Span { h, until }: Span,
-    unknowns: &Stages,
+    unknowns: &AssemblyStages,
     slots: &[Vec<usize>; 2],
     stages: &mut [DVector<f64>],
     rates: &mut [DVector<f64>],
@@ -373,7 +373,7 @@ impl AssemblyRun {
 
     /// Guess of accelerations and charts at the stages of a step of length `h`: extrapolated from the last
     /// step or, if `blind`, the values at the start.
-    fn guess(&self, h: f64, blind: bool) -> Stages {
+    fn guess(&self, h: f64, blind: bool) -> AssemblyStages {
         let (state, slope) = (&self.solver.state().0, &self.solver.slope().0);
         let rods = self.assembly.links().len();
         if let Some((before, stages)) = &self.implicit.last

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// The partner in a contact of a body. Bodies and obstacles are numbered in the order in which they were added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Partner {
-    /// The body of this number, which in an event is larger than the number of the first body.
+    /// The body of this number. In an event the number is larger than that of the first body.
     Body(usize),
     /// The obstacle of this number.
     Obstacle(usize),
@@ -51,12 +51,14 @@ pub(super) struct Candidate {
 #[derive(Clone)]
 pub struct Bodies {
     pub(super) bodies: Vec<Body>,
-    pub(super) obstacles: Vec<MovingObstacle>,
+    pub(crate) obstacles: Vec<MovingObstacle>,
     pub(super) candidates: Vec<Candidate>,
     pub(super) forces: Option<Forces>,
     /// Pairs without a closed form of the contact, as far as the user has not left them out.
     refused: Vec<(usize, Partner, Error)>,
     default: SurfacePair,
+    names: Vec<String>,
+    obstacle_names: Vec<String>,
 }
 
 impl Bodies {
@@ -69,6 +71,8 @@ impl Bodies {
             forces: None,
             refused: Vec::new(),
             default: surface,
+            names: Vec::new(),
+            obstacle_names: Vec::new(),
         }
     }
 
@@ -180,21 +184,52 @@ impl Bodies {
         Ok(())
     }
 
+    /// The name of a body in messages.
+    pub(super) fn body_name(&self, k: usize) -> String {
+        match self.names.get(k) {
+            Some(name) => name.clone(),
+            None => format!("body {k}"),
+        }
+    }
+
+    /// The name of a partner in messages.
+    pub(super) fn partner_name(&self, partner: Partner) -> String {
+        match partner {
+            Partner::Body(k) => self.body_name(k),
+            Partner::Obstacle(k) => self.obstacle_name(k),
+        }
+    }
+
+    /// The name of an obstacle in messages.
+    pub(crate) fn obstacle_name(&self, k: usize) -> String {
+        match self.obstacle_names.get(k) {
+            Some(name) => format!("{name:?}"),
+            None => format!("obstacle {k}"),
+        }
+    }
+
+    /// Sets the names of bodies and obstacles in messages, in the order in which they were added.
+    pub fn set_names(&mut self, bodies: Vec<String>, obstacles: Vec<String>) {
+        (self.names, self.obstacle_names) = (bodies, obstacles);
+    }
+
     /// Refuses pairs without a closed form that the user has not left out.
     pub(super) fn check(&self) -> Result<()> {
         let Some((body, partner, why)) = self.refused.first() else {
             return Ok(());
         };
-        let other = match partner {
-            Partner::Body(k) => format!("body {k}"),
-            Partner::Obstacle(k) => format!("obstacle {k}"),
-        };
-        Err(why.clone().context(format!("body {body} and {other}")))
+        let [one, other] = [self.body_name(*body), self.partner_name(*partner)];
+        Err(why.clone().context(format!("{one} and {other}")))
     }
 
     /// Adds forces beyond the loads of the bodies. Their work counts as work of loads.
     pub fn set_forces(&mut self, forces: Forces) {
         self.forces = Some(forces);
+    }
+
+    /// True if an obstacle moves.
+    pub(crate) fn moves(&self) -> bool {
+        self.obstacles.iter().any(MovingObstacle::moves)
     }
 
     /// Number of bodies.
@@ -213,7 +248,7 @@ impl Bodies {
     }
 
     /// The first time after `t` at which a load or the motion of an obstacle is not smooth.
-    pub(super) fn next_break(&self, t: f64) -> f64 {
+    pub(crate) fn next_break(&self, t: f64) -> f64 {
         let loads = self.bodies.iter().map(|body| body.mass.next_break(t));
         let moves = self.obstacles.iter().map(|obstacle| obstacle.next_break(t));
         loads.chain(moves).fold(f64::INFINITY, f64::min)

@@ -1,40 +1,21 @@
 //! A motion of bodies with contact from event to event.
 
 use super::bodies::{
-    Bodies, ContactId, DRAG, FRICTION, IMPACTS, OBSTACLES, PER_BODY, SUMS, WORK, place_of,
+    Bodies, DRAG, FRICTION, IMPACTS, OBSTACLES, PER_BODY, SUMS, WORK, place_of, read_motion,
     write_motion,
 };
 use super::body_ledger::BodyLedger;
 use super::body_options::BodyOptions;
-use super::contact_event::ContactEvent;
-use super::contact_forces::{AccelerationBound, Closed, Grip, Moment};
-use super::first_touch::{DEPTH, GapAt, first_touch};
-use super::rest::{STILL, Watch};
+use super::contact_dynamics::ContactDynamics;
+use super::contact_forces::{AccelerationBound, Closed, Moment};
+use super::contact_set::{ContactNow, ContactSet, Found};
 use crate::event::{Event, Outcome};
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, UnitQuaternion, Vector6};
 use snaprod_systems::contact::RigidMotion;
 use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::math::se3::{join, spin};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::{Dense, Dop853, Step};
-use snaprod_systems::solve::roots::chandrupatla;
-use std::collections::VecDeque;
-
-/// A contact that carries a force at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactNow {
-    /// The contact.
-    pub contact: ContactId,
-    /// The place in the world.
-    pub point: Vector3<f64>,
-    /// Unit normal, from the partner to the body.
-    pub normal: Vector3<f64>,
-    /// Normal force on the body.
-    pub normal_force: f64,
-    /// Friction on the body, in the world.
-    pub friction: Vector3<f64>,
-    /// True if the surfaces stick.
-    pub sticks: bool,
-}
 
 /// The bodies at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,13 +32,6 @@ pub struct BodiesSample {
     pub ledger: BodyLedger,
 }
 
-/// The end of a sequence of impacts that is still to be reported.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pending {
-    pub candidate: usize,
-    pub t: f64,
-}
-
 /// The last step with its closed contacts.
 struct LastStep {
     step: Step<DVector<f64>>,
@@ -65,40 +39,139 @@ struct LastStep {
     until: f64,
 }
 
-/// The cause of an event within a step.
-#[derive(Debug, Clone, Copy)]
-enum Found {
-    Touch(usize),
-    Turn(Watch),
-}
-
-/// Overlap at the start that is refused.
-const OVERLAP: f64 = 1e-9;
-/// Safety factor of the bound on accelerations of gaps.
-const FALL: f64 = 2.0;
-/// Places within a step at which watched quantities are looked at.
-const LOOKS: usize = 8;
-/// Relative depth below zero at which a watched quantity has fallen through zero.
-const BELOW: f64 = 1e-13;
-/// Part of a step after which an event at the start of the step is taken.
-const AT_START: f64 = 1e-15;
 /// Most events in a row between which no time passes.
-const AT_ONCE: u32 = 100;
+pub(crate) const AT_ONCE: u32 = 100;
 /// Most corrections of the time of an event.
 const CORRECTIONS: usize = 6;
 
+/// Bodies without rods, with loads and obstacles where they are no later than a time.
+#[derive(Clone, Copy)]
+struct FreeBodies<'a> {
+    system: &'a Bodies,
+    /// The latest time at which loads are evaluated: just before the next break of a load.
+    until: f64,
+}
+
+/// Powers of the loads on bodies.
+#[derive(Default)]
+struct LoadPower {
+    work: f64,
+    loss: f64,
+}
+
+impl<'a> FreeBodies<'a> {
+    fn at(&self, y: &DVector<f64>) -> Moment<'a> {
+        let numbers = y.as_slice();
+        let motions = (0..self.system.bodies.len())
+            .map(|k| read_motion(&numbers[place_of(k)..][..PER_BODY]))
+            .collect();
+        Moment::new(self.system, y[0].min(self.until), motions)
+    }
+
+    fn loaded(&self, y: &DVector<f64>) -> (Moment<'a>, LoadPower) {
+        let mut now = self.at(y);
+        let t = y[0].min(self.until);
+        let mut power = LoadPower::default();
+        let mut wrenches = vec![Vector6::zeros(); now.motions.len()];
+        if let Some(forces) = &self.system.forces {
+            forces(t, &now.motions, &mut wrenches);
+            let each = wrenches.iter().zip(&now.motions);
+            power.work = each.map(|(w, m)| w.dot(&join(&m.spin, &m.velocity))).sum();
+        }
+        for (k, body) in self.system.bodies.iter().enumerate() {
+            let motion = &now.motions[k];
+            let twist = join(&motion.spin, &motion.velocity);
+            let free = body.mass.motion(t, &motion.pose, &twist, &wrenches[k]);
+            now.accelerations[k] = free.acceleration;
+            power.work += free.power;
+            power.loss += free.loss;
+        }
+        (now, power)
+    }
+
+    /// The slope of the state with these closed contacts; None without finite accelerations.
+    fn slope(&self, y: &DVector<f64>, closed: &[Closed]) -> Option<DVector<f64>> {
+        let mut slope = DVector::zeros(y.len());
+        let (mut now, power) = self.loaded(y);
+        let contact = now.act(closed)?;
+        slope[0] = 1.0;
+        slope[WORK] = power.work;
+        slope[DRAG] = power.loss;
+        slope[FRICTION] = contact.loss;
+        slope[OBSTACLES] = contact.work;
+        for (k, motion) in now.motions.iter().enumerate() {
+            let at = place_of(k);
+            // The quaternion turns with the spin along the body's axes, whatever its norm.
+            let turn = nalgebra::Vector4::from_column_slice(&y.as_slice()[at..at + 4]);
+            let seen = motion.pose.rotation.inverse() * motion.spin;
+            slope.fixed_rows_mut::<4>(at).copy_from(&spin(&turn, &seen));
+            slope
+                .fixed_rows_mut::<3>(at + 4)
+                .copy_from(&motion.velocity);
+            let acceleration = now.accelerations[k] + contact.accelerations[k];
+            slope.fixed_rows_mut::<6>(at + 7).copy_from(&acceleration);
+        }
+        slope.iter().all(|x| x.is_finite()).then_some(slope)
+    }
+
+    /// Bounds of the accelerations of all bodies over a step, from the slopes at its stages.
+    fn bounds(&self, slopes: &[DVector<f64>]) -> Vec<AccelerationBound> {
+        let of = |k: usize| {
+            let each = slopes.iter().map(|slope| {
+                AccelerationBound::of(&slope.fixed_rows::<6>(place_of(k) + 7).into_owned())
+            });
+            each.fold(AccelerationBound::default(), AccelerationBound::max)
+        };
+        (0..self.system.len()).map(of).collect()
+    }
+}
+
+impl ContactDynamics for FreeBodies<'_> {
+    type State = DVector<f64>;
+
+    fn time(&self, y: &DVector<f64>) -> f64 {
+        y[0]
+    }
+
+    fn places(&self, y: &DVector<f64>) -> Moment<'_> {
+        self.at(y)
+    }
+
+    fn moment(&self, y: &DVector<f64>) -> Moment<'_> {
+        self.loaded(y).0
+    }
+
+    fn add_twists(&self, y: &mut DVector<f64>, changes: &[Vector6<f64>]) {
+        for (k, change) in changes.iter().enumerate() {
+            let mut twist = y.fixed_rows_mut::<6>(place_of(k) + 7);
+            twist += change;
+        }
+    }
+
+    fn shift(&self, y: &mut DVector<f64>, changes: &[Vector6<f64>]) {
+        for (k, change) in changes.iter().enumerate() {
+            let at = place_of(k);
+            let mut motion = read_motion(&y.as_slice()[at..]);
+            let turn = change.fixed_rows::<3>(0).into_owned();
+            motion.pose.translation.vector += change.fixed_rows::<3>(3);
+            motion.pose.rotation = UnitQuaternion::from_scaled_axis(turn) * motion.pose.rotation;
+            write_motion(&motion, &mut y.as_mut_slice()[at..]);
+        }
+    }
+
+    fn book_impact(&self, y: &mut DVector<f64>, loss: f64, work: f64) {
+        y[IMPACTS] += loss;
+        y[OBSTACLES] += work;
+    }
+}
+
 /// A motion of bodies with contact in progress.
 pub struct BodyMotion<'a> {
-    pub(super) system: &'a Bodies,
-    pub(super) options: BodyOptions,
-    pub(super) closed: Vec<Closed>,
-    /// The latest time at which loads are evaluated: just before the next break of a load.
-    pub(super) until: f64,
-    pub(super) impacts: u64,
-    pub(super) pending: Vec<Pending>,
+    bodies: FreeBodies<'a>,
+    options: BodyOptions,
+    contacts: ContactSet<'a>,
     solver: Dop853<DVector<f64>>,
     last: Option<LastStep>,
-    events: VecDeque<Event>,
     /// Events in a row between which no time passed.
     at_once: u32,
     stopped: bool,
@@ -119,7 +192,6 @@ impl<'a> BodyMotion<'a> {
                 system.len()
             )));
         }
-        system.check()?;
         let mut y = DVector::zeros(SUMS + PER_BODY * start.len());
         for (k, motion) in start.iter().enumerate() {
             write_motion(motion, &mut y.as_mut_slice()[place_of(k)..][..PER_BODY]);
@@ -130,86 +202,25 @@ impl<'a> BodyMotion<'a> {
             ));
         }
         let until = system.next_break(0.0).next_down();
-        let solver = Dop853::new(y.clone(), y.clone(), 1.0, options.tolerance);
-        let mut motion = Self {
-            system,
-            options,
-            closed: Vec::new(),
-            until,
-            impacts: 0,
-            pending: Vec::new(),
-            solver,
-            last: None,
-            events: VecDeque::new(),
-            at_once: 0,
-            stopped: false,
-            interrupted: false,
-        };
-        motion.open(&mut y)?;
-        let slope = motion.slope(&y).ok_or_else(|| {
+        let bodies = FreeBodies { system, until };
+        let mut contacts = ContactSet::new(system, options.resting_speed);
+        contacts.open(&bodies, &mut y)?;
+        let slope = bodies.slope(&y, &contacts.closed).ok_or_else(|| {
             Error::domain(
                 "the accelerations at the start are not finite, or no contact forces exist",
             )
         })?;
         let h = 1e-2 * options.duration;
-        motion.solver = Dop853::new(y, slope, h, options.tolerance);
-        Ok(motion)
-    }
-
-    /// The start: refuses overlaps, and lets contacts that are closed hit or settle.
-    fn open(&mut self, y: &mut DVector<f64>) -> Result<()> {
-        let now = Moment::without_loads(self.system, y, self.until);
-        let mut settles = Vec::new();
-        let mut hits = Vec::new();
-        for (k, candidate) in self.system.candidates.iter().enumerate() {
-            let (touch, slip) = now.touch(k);
-            if !(touch.gap >= -OVERLAP) {
-                return Err(Error::domain(format!(
-                    "body {} starts inside {:?} by {:.3e}, at {:.6}, {:.6}, {:.6}; move it outwards",
-                    candidate.id.body,
-                    candidate.id.partner,
-                    -touch.gap,
-                    touch.point.x,
-                    touch.point.y,
-                    touch.point.z
-                )));
-            }
-            let rate = touch.normal.dot(&slip);
-            if touch.gap > OVERLAP || rate > STILL * self.options.resting_speed {
-                continue;
-            }
-            if rate < -STILL * self.options.resting_speed {
-                hits.push(k);
-            } else if let Some(spread) = touch.spread {
-                return Err(Error::domain(format!(
-                    "{spread} at the start: such a contact has no single point"
-                )));
-            } else {
-                settles.push((k, 0.0));
-            }
-        }
-        self.settle(y, &settles)?;
-        self.hit_all(y, &hits)
-    }
-
-    /// Lets candidates hit one after the other, as far as the surfaces still approach.
-    fn hit_all(&mut self, y: &mut DVector<f64>, hits: &[usize]) -> Result<()> {
-        for &k in hits {
-            let (touch, slip) = Moment::without_loads(self.system, y, self.until).touch(k);
-            if touch.normal.dot(&slip) < 0.0 {
-                let may_close = self.impact(y, k)?;
-                self.settle(y, &may_close)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn slope(&self, y: &DVector<f64>) -> Option<DVector<f64>> {
-        Moment::new(self.system, y, self.until).slope(y, &self.closed)
-    }
-
-    pub(super) fn report(&mut self, event: ContactEvent) {
-        self.events.push_back(Event::Contact(event));
+        Ok(Self {
+            bodies,
+            options,
+            contacts,
+            solver: Dop853::new(y, slope, h, options.tolerance),
+            last: None,
+            at_once: 0,
+            stopped: false,
+            interrupted: false,
+        })
     }
 
     /// Time now.
@@ -219,7 +230,7 @@ impl<'a> BodyMotion<'a> {
 
     /// The state now.
     pub fn now(&self) -> BodiesSample {
-        self.describe(self.solver.state(), &self.closed, self.until)
+        Self::describe(&self.bodies, self.solver.state(), &self.contacts.closed)
     }
 
     /// The state at a time within the last step; None outside it.
@@ -233,15 +244,21 @@ impl<'a> BodyMotion<'a> {
         }
         // The time at the end is a sum with rounding of its own.
         let h = (t - last.step.from[0]).min(last.step.h);
-        let (system, closed, until) = (self.system, &last.closed, last.until);
-        let f = |y: &DVector<f64>| Moment::new(system, y, until).slope(y, closed);
+        let (closed, bodies) = (
+            &last.closed,
+            FreeBodies {
+                until: last.until,
+                ..self.bodies
+            },
+        );
+        let f = |y: &DVector<f64>| bodies.slope(y, closed);
         let mut cost = Cost::default();
         let y = if h == 0.0 {
             last.step.from.clone()
         } else {
             last.step.redo(f, h, &mut cost)?.to
         };
-        Some(self.describe(&y, closed, until))
+        Some(Self::describe(&bodies, &y, closed))
     }
 
     /// End of time.
@@ -251,7 +268,7 @@ impl<'a> BodyMotion<'a> {
 
     /// Impacts so far.
     pub fn impacts(&self) -> u64 {
-        self.impacts
+        self.contacts.impacts
     }
 
     /// Cost so far.
@@ -264,31 +281,14 @@ impl<'a> BodyMotion<'a> {
         self.interrupted = true;
     }
 
-    fn describe(&self, y: &DVector<f64>, closed: &[Closed], until: f64) -> BodiesSample {
-        let mut now = Moment::new(self.system, y, until);
+    fn describe(bodies: &FreeBodies<'_>, y: &DVector<f64>, closed: &[Closed]) -> BodiesSample {
+        let mut now = bodies.moment(y);
         let [kinetic, potential] = now.energies(y[0]);
-        let gaps = (0..self.system.candidates.len()).map(|k| now.touch(k).0.gap);
-        let least_gap = gaps.fold(f64::INFINITY, f64::min);
-        let held = closed.iter().filter(|closed| closed.grip != Grip::Idle);
-        let mut contacts = Vec::new();
-        if let Some((rows, solution)) = now.forces(closed) {
-            for (i, (row, closed)) in rows.iter().zip(held).enumerate() {
-                let force: Vector3<f64> = solution.forces.fixed_rows::<3>(3 * i).into_owned();
-                contacts.push(ContactNow {
-                    contact: self.system.candidates[row.candidate].id,
-                    point: row.touch.point,
-                    normal: row.touch.normal,
-                    normal_force: force.x,
-                    friction: row.axes * Vector3::new(0.0, force.y, force.z),
-                    sticks: closed.grip == Grip::Stick,
-                });
-            }
-        }
         BodiesSample {
             t: y[0],
+            contacts: now.contacts_now(closed),
+            least_gap: now.least_gap(),
             motions: now.motions,
-            contacts,
-            least_gap,
             ledger: BodyLedger {
                 kinetic,
                 potential,
@@ -317,8 +317,8 @@ impl<'a> BodyMotion<'a> {
         if self.stopped {
             return None;
         }
-        if let Some(event) = self.events.pop_front() {
-            return Some(event);
+        if !self.contacts.events.is_empty() {
+            return Some(Event::Contact(self.contacts.events.remove(0)));
         }
         let from = self.time();
         if self.interrupted {
@@ -327,7 +327,7 @@ impl<'a> BodyMotion<'a> {
         if from >= self.options.duration {
             return Some(self.stop(Outcome::EndOfTime));
         }
-        if self.impacts >= self.options.max_impacts {
+        if self.contacts.impacts >= self.options.max_impacts {
             return Some(self.stop(Outcome::ImpactLimit));
         }
         if self.solver.cost().steps >= self.options.max_steps {
@@ -343,15 +343,16 @@ impl<'a> BodyMotion<'a> {
     /// One step, at most to the next event.
     fn step(&mut self) -> Result<()> {
         let from = self.time();
-        let until = self.system.next_break(from);
-        if until.next_down() != self.until {
-            self.until = until.next_down();
+        let system = self.bodies.system;
+        let until = system.next_break(from);
+        if until.next_down() != self.bodies.until {
+            self.bodies.until = until.next_down();
             self.restart(self.solver.state().clone(), self.solver.next_step())?;
         }
-        let ends = self.pending.iter().map(|pending| pending.t);
+        let ends = self.contacts.pending.iter().map(|pending| pending.t);
         let end = ends.fold(until.min(self.options.duration), f64::min);
-        let (system, closed, until) = (self.system, self.closed.clone(), self.until);
-        let f = |y: &DVector<f64>| Moment::new(system, y, until).slope(y, &closed);
+        let (bodies, closed) = (self.bodies, self.contacts.closed.clone());
+        let f = |y: &DVector<f64>| bodies.slope(y, &closed);
         let mut state = self.solver.state().clone();
         let mut found = None;
         if end > from {
@@ -373,27 +374,12 @@ impl<'a> BodyMotion<'a> {
             self.last = Some(LastStep {
                 step,
                 closed,
-                until,
+                until: bodies.until,
             });
         }
-        let mut changed = self.keep(&mut state);
-        let over: Vec<Pending> = (self.pending.iter().copied())
-            .filter(|pending| pending.t <= state[0])
-            .collect();
-        self.pending.retain(|pending| pending.t > state[0]);
-        for pending in over {
-            let change = self.change(&state, pending.candidate, &self.closed);
-            self.report(ContactEvent::Accumulation(change));
-        }
-        match found {
-            Some((_, Found::Touch(k))) => {
-                let may_close = self.impact(&mut state, k)?;
-                self.settle(&mut state, &may_close)?;
-            }
-            Some((_, Found::Turn(watch))) => self.turn(&mut state, watch)?,
-            None => {}
-        }
-        changed |= found.is_some() | self.look_at_idle(&mut state)?;
+        let mut changed = self.contacts.keep(&bodies, &mut state);
+        let found = found.map(|(_, found)| found);
+        changed |= self.contacts.happen(&bodies, &mut state, found)?;
         let passes = state[0] > from + f64::EPSILON * from.abs();
         self.at_once = if passes { 0 } else { self.at_once + 1 };
         if self.at_once > AT_ONCE {
@@ -412,28 +398,10 @@ impl<'a> BodyMotion<'a> {
 
     fn restart(&mut self, state: DVector<f64>, h: f64) -> Result<()> {
         let lost = || Error::no_convergence("accelerations or contact forces do not exist here");
-        let slope = self.slope(&state).ok_or_else(lost)?;
+        let slope = (self.bodies).slope(&state, &self.contacts.closed);
         self.solver.cost_mut().evaluations += 1;
-        self.solver.restart(state, slope, h);
+        self.solver.restart(state, slope.ok_or_else(lost)?, h);
         Ok(())
-    }
-
-    /// Contacts that carried no force may have opened, or close anew. Returns true if one did.
-    fn look_at_idle(&mut self, y: &mut DVector<f64>) -> Result<bool> {
-        let (mut opened, mut hits) = (Vec::new(), Vec::new());
-        let now = Moment::without_loads(self.system, y, self.until);
-        for closed in self.closed.iter().filter(|c| c.grip == Grip::Idle) {
-            let (touch, slip) = now.touch(closed.candidate);
-            let rate = touch.normal.dot(&slip);
-            if rate > self.options.resting_speed || touch.gap > OVERLAP {
-                opened.push(closed.candidate);
-            } else if rate < -self.options.resting_speed {
-                hits.push(closed.candidate);
-            }
-        }
-        self.closed.retain(|c| !opened.contains(&c.candidate));
-        self.hit_all(y, &hits)?;
-        Ok(!opened.is_empty() || !hits.is_empty())
     }
 
     /// The first event within a step, with the length of the step to it.
@@ -443,63 +411,35 @@ impl<'a> BodyMotion<'a> {
         f: impl Fn(&DVector<f64>) -> Option<DVector<f64>> + Copy,
         cost: &mut Cost,
     ) -> Option<(f64, Found)> {
+        let bodies = self.bodies;
         let mut dense: Option<Dense<DVector<f64>>> = None;
-        let mut first: Option<(f64, Found)> = None;
-        let ends =
-            [&step.from, &step.to].map(|y| Moment::without_loads(self.system, y, self.until));
-        let bounds = AccelerationBound::over(step.stage_slopes(), self.system.len());
-        for k in 0..self.system.candidates.len() {
-            if self.closed.iter().any(|closed| closed.candidate == k) {
-                continue;
+        let ends = [&step.from, &step.to].map(|y| bodies.at(y));
+        let bounds = bodies.bounds(step.stage_slopes());
+        let length = step.h;
+        let touch = (self.contacts).first_touch([&ends[0], &ends[1]], length, &bounds, |t| {
+            if dense.is_none() {
+                dense = step.dense(f, cost);
             }
-            let at = |moment: &Moment<'_>, t: f64| {
-                let (touch, slip) = moment.touch(k);
-                GapAt {
-                    t,
-                    gap: touch.gap,
-                    rate: touch.normal.dot(&slip),
-                }
-            };
-            let [from, to] = [at(&ends[0], 0.0), at(&ends[1], step.h)];
-            let falls = ends.iter().map(|end| end.largest_fall(k, &bounds));
-            let fall = FALL * falls.fold(0.0, f64::max);
-            let length = step.h;
-            let mut inside = |t: f64| {
-                if dense.is_none() {
-                    dense = step.dense(f, cost);
-                }
-                let y = dense.as_ref()?.at(t / length);
-                let moment = Moment::without_loads(self.system, &y, self.until);
-                Some(at(&moment, t))
-            };
-            let Some(touch) = first_touch(from, to, fall, &mut inside) else {
-                continue;
-            };
-            // Newton from behind, on the interpolant.
-            let mut t = touch.t;
-            let mut here = Some(touch);
-            while let Some(now) = here.filter(|now| now.gap < 0.0) {
-                let next = t - now.gap / now.rate;
-                if !(next > 0.0) {
-                    // Surfaces that touch at the start.
-                    t = AT_START * length;
-                    break;
-                }
-                if next >= t {
-                    break;
-                }
-                t = next;
-                here = inside(t);
-            }
-            if first.is_none_or(|(h, _)| t < h) {
-                first = Some((self.refine(step, f, cost, k, t), Found::Touch(k)));
-            }
+            Some(bodies.at(&dense.as_ref()?.at(t / length)))
+        });
+        let mut first = touch.map(|(t, k)| (self.refine(step, f, cost, k, t), Found::Touch(k)));
+        if !self.contacts.holds() {
+            return first;
         }
-        if self.closed.iter().any(|closed| closed.grip != Grip::Idle)
-            && let Some((h, watch)) = self.first_turn(step, &mut dense, f, cost)
-            && first.is_none_or(|(earlier, _)| h < earlier)
+        if dense.is_none() {
+            dense = step.dense(f, cost);
+        }
+        let dense = dense.as_ref()?;
+        let turn = self.contacts.first_turn(|x| {
+            Some(match x {
+                1.0 => bodies.loaded(&step.to).0,
+                x => bodies.loaded(&dense.at(x)).0,
+            })
+        });
+        if let Some((x, watch)) = turn
+            && first.is_none_or(|(earlier, _)| x * length < earlier)
         {
-            first = Some((h, Found::Turn(watch)));
+            first = Some((x * length, Found::Turn(watch)));
         }
         first
     }
@@ -517,8 +457,7 @@ impl<'a> BodyMotion<'a> {
             let Some(redone) = step.redo(f, h, cost) else {
                 return h;
             };
-            let moment = Moment::without_loads(self.system, &redone.to, self.until);
-            let (touch, slip) = moment.touch(candidate);
+            let (touch, slip) = self.bodies.at(&redone.to).touch(candidate);
             let correction = -touch.gap / touch.normal.dot(&slip);
             let next = h + correction;
             if !(correction.abs() < 0.1 * h && next > 0.0 && next <= step.h) {
@@ -531,56 +470,4 @@ impl<'a> BodyMotion<'a> {
         }
         h
     }
-
-    /// The first fall of a watched quantity below zero.
-    fn first_turn(
-        &self,
-        step: &mut Step<DVector<f64>>,
-        dense: &mut Option<Dense<DVector<f64>>>,
-        f: impl Fn(&DVector<f64>) -> Option<DVector<f64>> + Copy,
-        cost: &mut Cost,
-    ) -> Option<(f64, Watch)> {
-        if dense.is_none() {
-            *dense = step.dense(f, cost);
-        }
-        let dense = dense.as_ref()?;
-        let values = |x: f64| {
-            let y = if x == 1.0 {
-                step.to.clone()
-            } else {
-                dense.at(x)
-            };
-            Moment::new(self.system, &y, self.until).watch(&self.closed)
-        };
-        let mut before = values(0.0)?;
-        for look in 1..=LOOKS {
-            let (x0, x1) = ((look - 1) as f64 / LOOKS as f64, look as f64 / LOOKS as f64);
-            let after = values(x1)?;
-            let size = after.iter().fold(1.0_f64, |most, (_, v)| most.max(v.abs()));
-            let mut earliest: Option<(f64, Watch)> = None;
-            for (i, (watch, value)) in after.iter().enumerate() {
-                if *value >= -BELOW * size {
-                    continue;
-                }
-                let at = |x: f64| values(x).map_or(f64::NAN, |values| values[i].1);
-                let start = before[i].1;
-                let x = if start > 0.0 {
-                    chandrupatla(at, (x0, start), (x1, *value), 1e-14).unwrap_or(x1)
-                } else {
-                    x0
-                };
-                if earliest.is_none_or(|(other, _)| x < other) {
-                    earliest = Some((x, *watch));
-                }
-            }
-            if let Some((x, watch)) = earliest {
-                return Some((x.max(AT_START) * step.h, watch));
-            }
-            before = after;
-        }
-        None
-    }
 }
-
-/// Depth of the touches that are looked for; a deeper overlap is an impact.
-const _: () = assert!(DEPTH < OVERLAP);

@@ -1,25 +1,22 @@
 //! Equations of motion at one moment: free accelerations, closed contacts and their forces.
 
-use super::bodies::{
-    Bodies, Candidate, DRAG, FRICTION, OBSTACLES, PER_BODY, Partner, SUMS, WORK, place_of,
-    read_motion,
-};
+use super::bodies::{Bodies, Candidate, Partner};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Vector2, Vector3, Vector6};
 use snaprod_systems::contact::{
     Accelerated, Complementarity, ContactSolution, Mode, OneContact, RigidMotion, Touch,
 };
-use snaprod_systems::math::se3::{halves, join, spin};
+use snaprod_systems::math::se3::{halves, join};
 
 /// A closed contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Closed {
+pub(crate) struct Closed {
     pub candidate: usize,
     pub grip: Grip,
 }
 
 /// The state of a closed contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Grip {
+pub(crate) enum Grip {
     /// The contact carries no force: others hold the surfaces together.
     Idle,
     /// No relative motion.
@@ -30,7 +27,7 @@ pub(super) enum Grip {
 
 /// A contact at one moment, with the velocities of its place as rows.
 #[derive(Debug, Clone)]
-pub(super) struct Row {
+pub(crate) struct ContactRow {
     pub candidate: usize,
     pub touch: Touch,
     /// The slip velocity in the world.
@@ -38,18 +35,18 @@ pub(super) struct Row {
     /// Axes of the contact as columns: normal, two tangents.
     pub axes: Matrix3<f64>,
     /// The bodies with the sign of their part in the slip velocity.
-    parts: Vec<Part>,
+    parts: Vec<SlipPart>,
 }
 
 /// The part of a body in the slip velocity of a contact.
 #[derive(Debug, Clone)]
-struct Part {
+struct SlipPart {
     body: usize,
     sign: f64,
     rows: Matrix3x6<f64>,
 }
 
-impl Row {
+impl ContactRow {
     /// The tangential part of the slip velocity, in the world.
     pub fn tangential(&self) -> Vector3<f64> {
         let n = self.touch.normal;
@@ -68,26 +65,33 @@ impl Row {
 }
 
 /// Bodies and obstacles at one moment.
-pub(super) struct Moment<'a> {
+pub(crate) struct Moment<'a> {
     pub system: &'a Bodies,
     pub motions: Vec<RigidMotion>,
     obstacles: Vec<(RigidMotion, Vector6<f64>)>,
-    /// Accelerations without contact forces, and with them in [`Moment::slope`].
-    accelerations: Vec<Vector6<f64>>,
+    /// Accelerations without contact forces.
+    pub accelerations: Vec<Vector6<f64>>,
     inverses: Vec<Matrix6<f64>>,
-    power: f64,
-    loss: f64,
 }
 
 /// Bounds of the acceleration of a body.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct AccelerationBound {
+pub(crate) struct AccelerationBound {
     linear: f64,
     angular: f64,
 }
 
 impl AccelerationBound {
-    fn of(acceleration: &Vector6<f64>) -> Self {
+    /// The bound of a body that does not turn.
+    pub fn linear(linear: f64) -> Self {
+        Self {
+            linear,
+            angular: 0.0,
+        }
+    }
+
+    /// The size of an acceleration.
+    pub fn of(acceleration: &Vector6<f64>) -> Self {
         let (angular, linear) = halves(acceleration);
         Self {
             linear: linear.norm(),
@@ -95,17 +99,12 @@ impl AccelerationBound {
         }
     }
 
-    /// Bounds of the accelerations of all bodies over a step, from the slopes at its stages.
-    pub fn over(slopes: &[DVector<f64>], bodies: usize) -> Vec<Self> {
-        let mut bounds = vec![Self::default(); bodies];
-        for slope in slopes {
-            for (k, bound) in bounds.iter_mut().enumerate() {
-                let own = Self::of(&slope.fixed_rows::<6>(place_of(k) + 7).into_owned());
-                bound.linear = bound.linear.max(own.linear);
-                bound.angular = bound.angular.max(own.angular);
-            }
+    /// The bounds of two moments together.
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            linear: self.linear.max(other.linear),
+            angular: self.angular.max(other.angular),
         }
-        bounds
     }
 }
 
@@ -113,44 +112,15 @@ impl AccelerationBound {
 const STILL: f64 = 1e-10;
 
 impl<'a> Moment<'a> {
-    /// Poses and velocities of the state `y`, with obstacles where they are no later than `until`. Bodies have no
-    /// accelerations yet.
-    pub fn without_loads(system: &'a Bodies, y: &DVector<f64>, until: f64) -> Self {
-        let t = y[0].min(until);
-        let numbers = y.as_slice();
-        let motions: Vec<RigidMotion> = (0..system.bodies.len())
-            .map(|k| read_motion(&numbers[place_of(k)..][..PER_BODY]))
-            .collect();
+    /// Bodies with these poses and velocities at time `t`. The bodies have no accelerations yet.
+    pub fn new(system: &'a Bodies, t: f64, motions: Vec<RigidMotion>) -> Self {
         Self {
             system,
             obstacles: system.obstacles.iter().map(|o| o.motion(t)).collect(),
             accelerations: vec![Vector6::zeros(); motions.len()],
             motions,
             inverses: Vec::new(),
-            power: 0.0,
-            loss: 0.0,
         }
-    }
-
-    /// The moment of the state `y`, with loads no later than `until`.
-    pub fn new(system: &'a Bodies, y: &DVector<f64>, until: f64) -> Self {
-        let mut now = Self::without_loads(system, y, until);
-        let t = y[0].min(until);
-        let mut wrenches = vec![Vector6::zeros(); now.motions.len()];
-        if let Some(forces) = &system.forces {
-            forces(t, &now.motions, &mut wrenches);
-            let each = wrenches.iter().zip(&now.motions);
-            now.power = each.map(|(w, m)| w.dot(&join(&m.spin, &m.velocity))).sum();
-        }
-        for (k, body) in system.bodies.iter().enumerate() {
-            let motion = &now.motions[k];
-            let twist = join(&motion.spin, &motion.velocity);
-            let free = body.mass.motion(t, &motion.pose, &twist, &wrenches[k]);
-            now.accelerations[k] = free.acceleration;
-            now.power += free.power;
-            now.loss += free.loss;
-        }
-        now
     }
 
     /// Kinetic and potential energy.
@@ -211,25 +181,25 @@ impl<'a> Moment<'a> {
     }
 
     /// The contact of a candidate with its rows. The first tangent lies along `along`.
-    pub fn row(&self, number: usize, along: Option<&Vector3<f64>>) -> Row {
+    pub fn row(&self, number: usize, along: Option<&Vector3<f64>>) -> ContactRow {
         let candidate = &self.system.candidates[number];
         let [a, b] = self.frames(candidate);
         let touch = candidate.pair.touch(a.motion, b.motion);
         let slip = touch.slip(a.motion, b.motion);
         let axes = touch.axes(along.unwrap_or(&slip));
-        let mut parts = vec![Part {
+        let mut parts = vec![SlipPart {
             body: candidate.id.body,
             sign: 1.0,
             rows: touch.rows(a.motion, &axes),
         }];
         if let Partner::Body(k) = candidate.id.partner {
-            parts.push(Part {
+            parts.push(SlipPart {
                 body: k,
                 sign: -1.0,
                 rows: touch.rows(b.motion, &axes),
             });
         }
-        Row {
+        ContactRow {
             candidate: number,
             touch,
             slip,
@@ -239,14 +209,14 @@ impl<'a> Moment<'a> {
     }
 
     /// The second rates along the axes of a contact: of the gap, and of the tangential slip.
-    pub fn second_rates(&self, row: &Row) -> Vector3<f64> {
+    pub fn second_rates(&self, row: &ContactRow) -> Vector3<f64> {
         let [a, b] = self.frames(&self.system.candidates[row.candidate]);
         let rate = row.axes.tr_mul(&row.touch.slip_rate(a, b));
         rate + Vector3::x() * row.touch.normal_rate.dot(&row.slip)
     }
 
     /// The velocity of the partner of a contact at its place, if the partner is an obstacle; else 0.
-    pub fn obstacle_velocity(&self, row: &Row) -> Vector3<f64> {
+    pub fn obstacle_velocity(&self, row: &ContactRow) -> Vector3<f64> {
         match self.system.candidates[row.candidate].id.partner {
             Partner::Obstacle(k) => self.obstacles[k].0.velocity_at(&row.touch.point),
             Partner::Body(_) => Vector3::zeros(),
@@ -265,7 +235,7 @@ impl<'a> Moment<'a> {
     /// The problem of contact forces or impulses: `free` is the motion without them, along the axes.
     pub fn problem(
         &mut self,
-        rows: &[Row],
+        rows: &[ContactRow],
         free: impl Iterator<Item = Vector3<f64>>,
         contacts: Vec<OneContact>,
     ) -> Complementarity {
@@ -295,7 +265,7 @@ impl<'a> Moment<'a> {
     }
 
     /// Changes of the bodies' twists by impulses at contacts, or of their accelerations by forces.
-    pub fn changes(&mut self, rows: &[Row], forces: &DVector<f64>) -> Vec<Vector6<f64>> {
+    pub fn changes(&mut self, rows: &[ContactRow], forces: &DVector<f64>) -> Vec<Vector6<f64>> {
         self.fill_inverses();
         let mut wrenches = vec![Vector6::zeros(); self.motions.len()];
         for (i, row) in rows.iter().enumerate() {
@@ -309,7 +279,7 @@ impl<'a> Moment<'a> {
     }
 
     /// Closed contacts with a force, as rows. The first tangent of a row lies along the slip.
-    pub fn held_rows(&self, closed: &[Closed]) -> Vec<Row> {
+    pub fn held_rows(&self, closed: &[Closed]) -> Vec<ContactRow> {
         let held = closed.iter().filter(|closed| closed.grip != Grip::Idle);
         held.map(|closed| {
             let Grip::Slip(remembered) = closed.grip else {
@@ -329,7 +299,7 @@ impl<'a> Moment<'a> {
     }
 
     /// Contact forces that keep the grips of the closed contacts; None without a solution.
-    pub fn forces(&mut self, closed: &[Closed]) -> Option<(Vec<Row>, ContactSolution)> {
+    pub fn forces(&mut self, closed: &[Closed]) -> Option<(Vec<ContactRow>, ContactSolution)> {
         let rows = self.held_rows(closed);
         let held = closed.iter().filter(|closed| closed.grip != Grip::Idle);
         let modes: Vec<Mode> = held
@@ -348,8 +318,8 @@ impl<'a> Moment<'a> {
     /// The contacts of rows for a problem without restitution.
     pub fn contacts(
         &self,
-        rows: &[Row],
-        slips_along: impl Fn(&Row) -> Option<Vector2<f64>>,
+        rows: &[ContactRow],
+        slips_along: impl Fn(&ContactRow) -> Option<Vector2<f64>>,
     ) -> Vec<OneContact> {
         rows.iter()
             .map(|row| OneContact {
@@ -360,38 +330,34 @@ impl<'a> Moment<'a> {
             .collect()
     }
 
-    /// The slope of the state with these closed contacts; None without finite accelerations.
-    pub fn slope(mut self, y: &DVector<f64>, closed: &[Closed]) -> Option<DVector<f64>> {
-        let mut slope = DVector::zeros(y.len());
-        if closed.iter().any(|closed| closed.grip != Grip::Idle) {
-            let (rows, solution) = self.forces(closed)?;
-            for (i, row) in rows.iter().enumerate() {
-                let force: Vector3<f64> = solution.forces.fixed_rows::<3>(3 * i).into_owned();
-                let slip = row.seen();
-                slope[FRICTION] -= force.y * slip.y + force.z * slip.z;
-                slope[OBSTACLES] += (row.axes * force).dot(&self.obstacle_velocity(row));
-            }
-            let changes = self.changes(&rows, &solution.forces);
-            for (acceleration, change) in self.accelerations.iter_mut().zip(changes) {
-                *acceleration += change;
-            }
+    /// The parts of closed contacts in a slope; None without a solution.
+    pub fn act(&mut self, closed: &[Closed]) -> Option<ContactAction> {
+        let mut action = ContactAction {
+            accelerations: vec![Vector6::zeros(); self.motions.len()],
+            loss: 0.0,
+            work: 0.0,
+        };
+        if closed.iter().all(|closed| closed.grip == Grip::Idle) {
+            return Some(action);
         }
-        slope[0] = 1.0;
-        slope[WORK] = self.power;
-        slope[DRAG] = self.loss;
-        for (k, (motion, acceleration)) in self.motions.iter().zip(&self.accelerations).enumerate()
-        {
-            let at = place_of(k);
-            // The quaternion turns with the spin along the body's axes, whatever its norm.
-            let turn = nalgebra::Vector4::from_column_slice(&y.as_slice()[at..at + 4]);
-            let seen = motion.pose.rotation.inverse() * motion.spin;
-            slope.fixed_rows_mut::<4>(at).copy_from(&spin(&turn, &seen));
-            slope
-                .fixed_rows_mut::<3>(at + 4)
-                .copy_from(&motion.velocity);
-            slope.fixed_rows_mut::<6>(at + 7).copy_from(acceleration);
+        let (rows, solution) = self.forces(closed)?;
+        for (i, row) in rows.iter().enumerate() {
+            let force: Vector3<f64> = solution.forces.fixed_rows::<3>(3 * i).into_owned();
+            let slip = row.seen();
+            action.loss -= force.y * slip.y + force.z * slip.z;
+            action.work += (row.axes * force).dot(&self.obstacle_velocity(row));
         }
-        debug_assert_eq!(y.len(), SUMS + PER_BODY * self.motions.len());
-        slope.iter().all(|x| x.is_finite()).then_some(slope)
+        action.accelerations = self.changes(&rows, &solution.forces);
+        Some(action)
     }
+}
+
+/// The parts of closed contacts in the rates of a motion.
+pub(crate) struct ContactAction {
+    /// Accelerations of the bodies by the contact forces.
+    pub accelerations: Vec<Vector6<f64>>,
+    /// Power lost to friction.
+    pub loss: f64,
+    /// Power of the obstacles on the bodies.
+    pub work: f64,
 }

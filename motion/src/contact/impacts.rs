@@ -1,13 +1,14 @@
 //! Impacts: one contact alone by its law, several at once by complementarity.
 
-use super::bodies::{IMPACTS, OBSTACLES, place_of};
-use super::body_motion::BodyMotion;
+use super::contact_dynamics::ContactDynamics;
 use super::contact_event::{ContactEvent, ImpactRecord, RuleOfImpact};
-use super::contact_forces::{Moment, Row};
+use super::contact_forces::{ContactRow, Moment};
+use super::contact_set::ContactSet;
 use super::first_touch::DEPTH;
-use nalgebra::{DVector, Matrix3, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, Vector3};
 use snaprod_systems::contact::{Impact, OneContact};
 use snaprod_systems::error::{Error, Result};
+use snaprod_systems::math::se3::halves;
 
 /// Gap below which other approaching contacts take part in an impact.
 const SIMULTANEOUS: f64 = 1e-10;
@@ -23,32 +24,43 @@ struct Impulses {
 }
 
 impl Moment<'_> {
-    /// Adds impulses or other changes of twists to a state, with the work of obstacles and the loss.
-    pub(super) fn apply(&mut self, rows: &[Row], impulses: &DVector<f64>, y: &mut DVector<f64>) {
-        let before = self.energies(y[0])[0];
+    /// Gives impulses to the bodies of a state, and books the work of obstacles and the loss.
+    pub(super) fn apply<D: ContactDynamics>(
+        &mut self,
+        dynamics: &D,
+        rows: &[ContactRow],
+        impulses: &DVector<f64>,
+        y: &mut D::State,
+    ) {
+        let t = dynamics.time(y);
+        let before = self.energies(t)[0];
         let mut work = 0.0;
         for (i, row) in rows.iter().enumerate() {
             let impulse: Vector3<f64> = impulses.fixed_rows::<3>(3 * i).into_owned();
             work += (row.axes * impulse).dot(&self.obstacle_velocity(row));
         }
         let changes = self.changes(rows, impulses);
-        for (k, change) in changes.iter().enumerate() {
-            let mut twist = y.fixed_rows_mut::<6>(place_of(k) + 7);
-            twist += change;
-            let both: Vector6<f64> = twist.into_owned();
-            self.motions[k].spin = both.fixed_rows::<3>(0).into_owned();
-            self.motions[k].velocity = both.fixed_rows::<3>(3).into_owned();
+        dynamics.add_twists(y, &changes);
+        for (motion, change) in self.motions.iter_mut().zip(&changes) {
+            let (spin, velocity): (Vector3<f64>, Vector3<f64>) = halves(change);
+            motion.spin += spin;
+            motion.velocity += velocity;
         }
-        y[OBSTACLES] += work;
-        y[IMPACTS] += before + work - self.energies(y[0])[0];
+        let loss = before + work - self.energies(t)[0];
+        dynamics.book_impact(y, loss, work);
     }
 }
 
-impl BodyMotion<'_> {
+impl ContactSet<'_> {
     /// The impact at the state `y` in which the candidate `hit` takes part. Contacts that may close afterwards are
     /// returned with their normal velocities.
-    pub(super) fn impact(&mut self, y: &mut DVector<f64>, hit: usize) -> Result<Vec<(usize, f64)>> {
-        let mut now = Moment::without_loads(self.system, y, self.until);
+    pub(super) fn impact<D: ContactDynamics>(
+        &mut self,
+        dynamics: &D,
+        y: &mut D::State,
+        hit: usize,
+    ) -> Result<Vec<(usize, f64)>> {
+        let mut now = dynamics.places(y);
         let rows = self.rows_of_impact(&now, hit);
         for row in &rows {
             if let Some(spread) = row.touch.spread {
@@ -70,7 +82,7 @@ impl BodyMotion<'_> {
             self.impacts += 1;
             let record = ImpactRecord {
                 contact: self.system.candidates[row.candidate].id,
-                t: y[0],
+                t: dynamics.time(y),
                 point: row.touch.point,
                 normal: row.touch.normal,
                 before: row.slip,
@@ -82,12 +94,12 @@ impl BodyMotion<'_> {
             };
             self.report(ContactEvent::Impact(record));
         }
-        now.apply(&rows, &impulses.all, y);
+        now.apply(dynamics, &rows, &impulses.all, y);
         Ok(may_close)
     }
 
     /// The contacts that take part: closed or approaching, and connected with the one that is hit through bodies.
-    fn rows_of_impact(&self, now: &Moment<'_>, hit: usize) -> Vec<Row> {
+    fn rows_of_impact(&self, now: &Moment<'_>, hit: usize) -> Vec<ContactRow> {
         let closed = |k: usize| self.closed.iter().any(|closed| closed.candidate == k);
         let near = (0..self.system.candidates.len()).filter(|&k| {
             if k == hit || closed(k) {
@@ -96,7 +108,7 @@ impl BodyMotion<'_> {
             let (touch, slip) = now.touch(k);
             touch.gap <= SIMULTANEOUS && touch.normal.dot(&slip) < 0.0
         });
-        let rows: Vec<Row> = near.map(|k| now.row(k, None)).collect();
+        let rows: Vec<ContactRow> = near.map(|k| now.row(k, None)).collect();
         let start = rows.iter().position(|row| row.candidate == hit);
         let chosen = connected(&rows, start.unwrap_or(0));
         rows.into_iter()
@@ -105,15 +117,15 @@ impl BodyMotion<'_> {
             .collect()
     }
 
-    fn impulses(&self, now: &mut Moment<'_>, rows: &[Row]) -> Result<Impulses> {
-        let surface = |row: &Row| self.system.candidates[row.candidate].surface;
-        let contact = |row: &Row, least: f64| OneContact {
+    fn impulses(&self, now: &mut Moment<'_>, rows: &[ContactRow]) -> Result<Impulses> {
+        let surface = |row: &ContactRow| self.system.candidates[row.candidate].surface;
+        let contact = |row: &ContactRow, least: f64| OneContact {
             friction: surface(row).friction(),
             least,
             slips_along: None,
         };
         let contacts = rows.iter().map(|row| contact(row, 0.0)).collect();
-        let slips = rows.iter().map(Row::seen);
+        let slips = rows.iter().map(ContactRow::seen);
         let problem = now.problem(rows, slips, contacts);
         if let [row] = rows {
             let inverse_mass: Matrix3<f64> = problem.inverse_mass.fixed_view::<3, 3>(0, 0).into();
@@ -148,7 +160,7 @@ impl BodyMotion<'_> {
 }
 
 /// Which rows are connected with the row `start` through bodies.
-pub(super) fn connected(rows: &[Row], start: usize) -> Vec<bool> {
+pub(super) fn connected(rows: &[ContactRow], start: usize) -> Vec<bool> {
     let mut chosen = vec![false; rows.len()];
     let mut waiting = vec![start];
     while let Some(i) = waiting.pop() {

@@ -34,14 +34,25 @@ mod bodies;
 mod body_ledger;
 mod body_motion;
 mod body_options;
+mod contact_dynamics;
 mod contact_event;
 mod contact_forces;
+mod contact_sample;
+mod contact_set;
 mod first_touch;
 mod impacts;
 mod rest;
 
 pub use bodies::{Bodies, ContactId, Forces, Partner};
 pub use body_ledger::BodyLedger;
-pub use body_motion::{BodiesSample, BodyMotion, ContactNow};
+pub use body_motion::{BodiesSample, BodyMotion};
 pub use body_options::BodyOptions;
 pub use contact_event::{ContactChange, ContactEvent, ImpactRecord, RuleOfImpact};
+pub use contact_sample::ContactSample;
+pub use contact_set::ContactNow;
+
+pub(crate) use body_motion::AT_ONCE;
+pub(crate) use contact_dynamics::ContactDynamics;
+pub(crate) use contact_forces::{AccelerationBound, Closed, Grip, Moment};
+pub(crate) use contact_sample::PartOfSum;
+pub(crate) use contact_set::{ContactSet, Found};

@@ -1,11 +1,11 @@
 //! Contacts that last: closing, release, slip and stick, and the states that keep the constraints.
 
-use super::bodies::{place_of, read_motion, write_motion};
-use super::body_motion::{BodyMotion, Pending};
+use super::contact_dynamics::ContactDynamics;
 use super::contact_event::{ContactChange, ContactEvent};
-use super::contact_forces::{Closed, Grip, Moment, Row};
+use super::contact_forces::{Closed, ContactRow, Grip, Moment};
+use super::contact_set::{ContactSet, Pending};
 use super::impacts::connected;
-use nalgebra::{DVector, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 use snaprod_systems::contact::{Mode, OneContact};
 use snaprod_systems::error::Result;
 
@@ -18,14 +18,14 @@ const DRIFT: f64 = 1e-14;
 
 /// An event of a closed contact to watch for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Watch {
+pub(crate) struct RestWatch {
     pub candidate: usize,
     pub what: Watched,
 }
 
 /// A quantity whose fall to zero is an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Watched {
+pub(crate) enum Watched {
     /// The normal force.
     Pressure,
     /// The margin of the friction of surfaces that stick.
@@ -36,17 +36,19 @@ pub(super) enum Watched {
 
 impl Moment<'_> {
     /// The watched quantities of the closed contacts, with their values.
-    pub(super) fn watch(mut self, closed: &[Closed]) -> Option<Vec<(Watch, f64)>> {
+    pub(crate) fn watch(mut self, closed: &[Closed]) -> Option<Vec<(RestWatch, f64)>> {
         let (rows, solution) = self.forces(closed)?;
         let held = closed.iter().filter(|closed| closed.grip != Grip::Idle);
         let mut watched = Vec::with_capacity(2 * rows.len());
         for (i, (row, closed)) in rows.iter().zip(held).enumerate() {
             let candidate = closed.candidate;
             let force: Vector3<f64> = solution.forces.fixed_rows::<3>(3 * i).into_owned();
-            let of = |what| Watch { candidate, what };
+            let of = |what| RestWatch { candidate, what };
             watched.push((of(Watched::Pressure), force.x));
             let friction = self.system.candidates[candidate].surface.friction();
             match closed.grip {
+                // Without friction nothing changes where the slip turns round.
+                Grip::Slip(_) if friction == 0.0 => {}
                 Grip::Slip(along) => {
                     watched.push((of(Watched::Slip), row.tangential().dot(&along)));
                 }
@@ -60,9 +62,9 @@ impl Moment<'_> {
     }
 }
 
-impl BodyMotion<'_> {
+impl ContactSet<'_> {
     fn still(&self) -> f64 {
-        STILL * self.options.resting_speed
+        STILL * self.resting_speed
     }
 
     /// Decides which contacts are closed: those closed up to now and the new ones, each with its normal velocity after
@@ -70,16 +72,21 @@ impl BodyMotion<'_> {
     ///
     /// # Errors
     /// Contact forces without a solution, or too many contacts.
-    pub(super) fn settle(&mut self, y: &mut DVector<f64>, new: &[(usize, f64)]) -> Result<()> {
+    pub(crate) fn settle<D: ContactDynamics>(
+        &mut self,
+        dynamics: &D,
+        y: &mut D::State,
+        new: &[(usize, f64)],
+    ) -> Result<()> {
         let before = std::mem::take(&mut self.closed);
         let mut numbers: Vec<usize> = before.iter().map(|closed| closed.candidate).collect();
         for &(candidate, speed) in new {
             let elastic = self.system.candidates[candidate].surface.restitution() == 1.0;
-            let rests = speed <= self.options.resting_speed
-                && !(elastic && speed > STILL * self.options.resting_speed);
+            let rests =
+                speed <= self.resting_speed && !(elastic && speed > STILL * self.resting_speed);
             if !rests {
                 if numbers.contains(&candidate) {
-                    self.release(y, candidate);
+                    self.release(dynamics, y, candidate);
                 }
                 numbers.retain(|k| *k != candidate);
             } else if !numbers.contains(&candidate) {
@@ -87,8 +94,8 @@ impl BodyMotion<'_> {
             }
         }
         numbers.sort_unstable();
-        let now = Moment::new(self.system, y, self.until);
-        let mut rows: Vec<Row> = numbers.iter().map(|k| now.row(*k, None)).collect();
+        let now = dynamics.moment(y);
+        let mut rows: Vec<ContactRow> = numbers.iter().map(|k| now.row(*k, None)).collect();
         while !rows.is_empty() {
             let chosen = connected(&rows, 0);
             let mut island = Vec::new();
@@ -96,7 +103,7 @@ impl BodyMotion<'_> {
             for (row, chosen) in rows.into_iter().zip(chosen) {
                 if chosen { &mut island } else { &mut others }.push(row);
             }
-            self.settle_island(y, island, new, &before)?;
+            self.settle_island(dynamics, y, island, new, &before)?;
             rows = others;
         }
         self.pending
@@ -105,14 +112,15 @@ impl BodyMotion<'_> {
     }
 
     /// Settles contacts that act on each other.
-    fn settle_island(
+    fn settle_island<D: ContactDynamics>(
         &mut self,
-        y: &mut DVector<f64>,
-        rows: Vec<Row>,
+        dynamics: &D,
+        y: &mut D::State,
+        rows: Vec<ContactRow>,
         new: &[(usize, f64)],
         before: &[Closed],
     ) -> Result<()> {
-        let mut now = Moment::new(self.system, y, self.until);
+        let mut now = dynamics.moment(y);
         let still = self.still();
         let contacts = now.contacts(&rows, |row| {
             (row.tangential().norm() > still).then(Vector2::x)
@@ -131,7 +139,7 @@ impl BodyMotion<'_> {
                         .iter()
                         .any(|closed| closed.candidate == row.candidate)
                     {
-                        self.release(y, row.candidate);
+                        self.release(dynamics, y, row.candidate);
                     }
                     continue;
                 }
@@ -161,13 +169,13 @@ impl BodyMotion<'_> {
                 if fall > 0.0 {
                     self.pending.push(Pending {
                         candidate: row.candidate,
-                        t: y[0] + 2.0 * speed / (fall * (1.0 - e)),
+                        t: dynamics.time(y) + 2.0 * speed / (fall * (1.0 - e)),
                     });
                 }
             }
         }
         // The impulses that the flights left over would have had besides the contact force: along its cone.
-        let rows: Vec<Row> = stays
+        let rows: Vec<ContactRow> = stays
             .iter()
             .filter(|(_, closed)| closed.grip != Grip::Idle)
             .map(|(i, _)| rows[*i].clone())
@@ -178,30 +186,31 @@ impl BodyMotion<'_> {
             .collect();
         if rows.iter().any(|row| row.slip.norm() > 0.0) {
             let contacts = now.contacts(&rows, |_| None);
-            let problem = now.problem(&rows, rows.iter().map(Row::seen), contacts);
+            let problem = now.problem(&rows, rows.iter().map(ContactRow::seen), contacts);
             if let Some(stop) = problem.in_modes(&modes) {
-                now.apply(&rows, &stop.forces, y);
+                now.apply(dynamics, &rows, &stop.forces, y);
             }
         }
         Ok(())
     }
 
     /// Reports the release of a contact.
-    fn release(&mut self, y: &DVector<f64>, candidate: usize) {
+    fn release<D: ContactDynamics>(&mut self, dynamics: &D, y: &D::State, candidate: usize) {
         self.pending
             .retain(|pending| pending.candidate != candidate);
-        let change = self.change(y, candidate, &[]);
+        let change = self.change(dynamics, y, candidate, &[]);
         self.report(ContactEvent::Release(change));
     }
 
     /// The record of a contact now; `closed` gives the forces.
-    pub(super) fn change(
+    pub(super) fn change<D: ContactDynamics>(
         &self,
-        y: &DVector<f64>,
+        dynamics: &D,
+        y: &D::State,
         candidate: usize,
         closed: &[Closed],
     ) -> ContactChange {
-        let mut now = Moment::new(self.system, y, self.until);
+        let mut now = dynamics.moment(y);
         let (touch, slip) = now.touch(candidate);
         let force = now.forces(closed).and_then(|(rows, solution)| {
             let i = rows.iter().position(|row| row.candidate == candidate)?;
@@ -211,7 +220,7 @@ impl BodyMotion<'_> {
         let (normal_force, friction) = force.unwrap_or_default();
         ContactChange {
             contact: self.system.candidates[candidate].id,
-            t: y[0],
+            t: dynamics.time(y),
             point: touch.point,
             slip,
             normal_force,
@@ -223,7 +232,12 @@ impl BodyMotion<'_> {
     ///
     /// # Errors
     /// As [`BodyMotion::settle`].
-    pub(super) fn turn(&mut self, y: &mut DVector<f64>, watch: Watch) -> Result<()> {
+    pub(super) fn turn<D: ContactDynamics>(
+        &mut self,
+        dynamics: &D,
+        y: &mut D::State,
+        watch: RestWatch,
+    ) -> Result<()> {
         let candidate = watch.candidate;
         let at = self.closed.iter().position(|c| c.candidate == candidate);
         let Some(at) = at else {
@@ -232,14 +246,14 @@ impl BodyMotion<'_> {
         match watch.what {
             Watched::Pressure => {
                 self.closed.remove(at);
-                self.release(y, candidate);
-                self.settle(y, &[])
+                self.release(dynamics, y, candidate);
+                self.settle(dynamics, y, &[])
             }
             Watched::Hold => {
-                let held = self.change(y, candidate, &self.closed);
+                let held = self.change(dynamics, y, candidate, &self.closed);
                 let onset = -held.friction.try_normalize(0.0).unwrap_or_else(Vector3::x);
                 self.closed[at].grip = Grip::Slip(onset);
-                let change = self.change(y, candidate, &self.closed);
+                let change = self.change(dynamics, y, candidate, &self.closed);
                 self.report(ContactEvent::Slip(change));
                 Ok(())
             }
@@ -248,10 +262,10 @@ impl BodyMotion<'_> {
                     return Ok(());
                 };
                 // In space a slip may only turn by a right angle.
-                let mut now = Moment::new(self.system, y, self.until);
+                let mut now = dynamics.moment(y);
                 let row = now.row(candidate, None);
                 let speed = row.tangential().norm();
-                if speed > self.options.resting_speed {
+                if speed > self.resting_speed {
                     self.closed[at].grip = Grip::Slip(row.tangential() / speed);
                     return Ok(());
                 }
@@ -260,11 +274,11 @@ impl BodyMotion<'_> {
                 let rows = [row];
                 let problem = now.problem(&rows, std::iter::once(seen), friction);
                 if let Some(stop) = problem.in_modes(&[Mode::Stick]) {
-                    now.apply(&rows, &stop.forces, y);
+                    now.apply(dynamics, &rows, &stop.forces, y);
                 }
-                self.settle(y, &[])?;
+                self.settle(dynamics, y, &[])?;
                 let grip = self.closed.iter().find(|c| c.candidate == candidate);
-                let change = self.change(y, candidate, &self.closed);
+                let change = self.change(dynamics, y, candidate, &self.closed);
                 match grip.map(|closed| closed.grip) {
                     Some(Grip::Stick) => self.report(ContactEvent::Stick(change)),
                     Some(Grip::Slip(now)) if now.dot(&along) < 0.0 => {
@@ -279,11 +293,11 @@ impl BodyMotion<'_> {
 
     /// Corrects a state at the end of a step: gaps and normal velocities of closed contacts to zero, and the slip of
     /// surfaces that stick. Directions of slip are renewed. Returns true if the state changed.
-    pub(super) fn keep(&mut self, y: &mut DVector<f64>) -> bool {
+    pub(crate) fn keep<D: ContactDynamics>(&mut self, dynamics: &D, y: &mut D::State) -> bool {
         if self.closed.iter().all(|closed| closed.grip == Grip::Idle) {
             return false;
         }
-        let mut now = Moment::without_loads(self.system, y, self.until);
+        let mut now = dynamics.places(y);
         let rows = now.held_rows(&self.closed);
         let held = self.closed.iter_mut().filter(|c| c.grip != Grip::Idle);
         let mut drift: f64 = 0.0;
@@ -292,7 +306,7 @@ impl BodyMotion<'_> {
             drift = drift.max(row.touch.gap.abs()).max(row.seen().x.abs());
             if let Grip::Slip(along) = &mut closed.grip {
                 let slip = row.tangential();
-                if slip.dot(along) > STILL * self.options.resting_speed {
+                if slip.dot(along) > STILL * self.resting_speed {
                     *along = slip.normalize();
                 }
                 modes.push(Mode::Slip(Vector2::x()));
@@ -314,22 +328,11 @@ impl BodyMotion<'_> {
         let open: Vec<Mode> = rows.iter().map(|_| Mode::Slip(Vector2::x())).collect();
         let problem = now.problem(&rows, gaps.into_iter(), contacts.clone());
         if let Some(shift) = problem.in_modes(&open) {
-            for (k, change) in now.changes(&rows, &shift.forces).iter().enumerate() {
-                let at = place_of(k);
-                let mut motion = read_motion(&y.as_slice()[at..]);
-                let turn = change.fixed_rows::<3>(0).into_owned();
-                motion.pose.translation.vector += change.fixed_rows::<3>(3);
-                motion.pose.rotation =
-                    UnitQuaternion::from_scaled_axis(turn) * motion.pose.rotation;
-                write_motion(&motion, &mut y.as_mut_slice()[at..]);
-            }
+            dynamics.shift(y, &now.changes(&rows, &shift.forces));
         }
-        let problem = now.problem(&rows, rows.iter().map(Row::seen), contacts);
+        let problem = now.problem(&rows, rows.iter().map(ContactRow::seen), contacts);
         if let Some(stop) = problem.in_modes(&modes) {
-            for (k, change) in now.changes(&rows, &stop.forces).iter().enumerate() {
-                let mut twist = y.fixed_rows_mut::<6>(place_of(k) + 7);
-                twist += change;
-            }
+            dynamics.add_twists(y, &now.changes(&rows, &stop.forces));
         }
         true
     }

@@ -42,6 +42,12 @@ const TAIL: f64 = 0.7;
 const FIRST: usize = 2;
 /// Most elements of an interval.
 const MOST_ELEMENTS: usize = 400;
+/// Give of the springs of rigid strains under the loads of the start, over the tolerance. The stiffness of the springs
+/// follows, up to the largest over that of the first springs.
+const GIVE: f64 = 0.3;
+const HARDEST: f64 = 1e7;
+/// Give over the tolerance that ends a run: what is asked to be rigid is not.
+const GIVES_WAY: f64 = 10.0;
 /// Part of the accelerations out of a plane that ends a motion in the plane.
 const ASIDE: f64 = 1e-9;
 
@@ -65,6 +71,8 @@ pub struct ElementRun {
     most_nodes: usize,
     /// Distances between rods with a contact diameter.
     near: Option<Nearness>,
+    /// True if rigid strains give far more than the tolerance.
+    gives: bool,
     /// Reason for an end of the run with the last step.
     ended: Option<Outcome>,
     stopped: bool,
@@ -132,6 +140,9 @@ impl ElementRun {
                 None => break (model, y),
             }
         };
+        let loaded = model.moment(&y).ok_or_else(outside)?;
+        let give = model.give_under_loads(&loaded) / (GIVE * options.tolerance);
+        let model = model.with_hold(give.clamp(1.0, HARDEST));
         let (model, undecided) = match in_a_plane(&model, &y) {
             InPlane::One(axis) => (model.with_freedoms(Freedoms::Plane(axis)), false),
             InPlane::Many => (model, true),
@@ -163,6 +174,7 @@ impl ElementRun {
             tail: 0.0,
             undecided,
             near,
+            gives: false,
             ended: None,
             stopped: false,
             interrupted: false,
@@ -234,6 +246,10 @@ impl ElementRun {
                     continue;
                 }
             }
+            if self.model.give(&moment)? > GIVES_WAY * self.options.tolerance {
+                self.gives = true;
+                return None;
+            }
             let tails = self.model.tails(&moment);
             let Some(mesh) = finer(&self.model, &tails, bound) else {
                 let largest = tails
@@ -244,8 +260,9 @@ impl ElementRun {
                 return Some(());
             };
             let freedoms = self.model.freedoms();
+            let hold = self.model.hold();
             let model = ElementAssembly::new(&self.given, mesh).ok()?;
-            self.on(model.with_freedoms(freedoms), &from)?;
+            self.on(model.with_freedoms(freedoms).with_hold(hold), &from)?;
         }
     }
 
@@ -270,6 +287,11 @@ impl ElementRun {
         let past = from + 1e-14 * self.options.duration;
         let left = left.min(self.model.next_break(past) - from);
         if self.step(left).is_none() {
+            if self.gives {
+                let remedy = "what is held rigid gives more than the tolerance: give the section its axial and shear \
+                              stiffness, or ask for a tolerance of 1e-6";
+                return self.stuck(Cause::EdgeOfDomain, remedy);
+            }
             let cause = Cause::StepCollapsed {
                 next: self.integrator.next_step(),
                 tolerance: self.options.tolerance,

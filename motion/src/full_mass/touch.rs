@@ -25,8 +25,9 @@ pub(super) trait RodsInStep {
     fn relative_span(&self) -> f64;
 }
 
-/// First contact in a step, with the fraction of the step at which its gap is 0. `Some(None)`: nothing touches. None: a
-/// contact cannot be located. `before` and `after` are the distances at the ends of the step.
+/// First contact in a step, with the fraction of the step at which its gap is 0, or at which the contact is first seen
+/// where no zero is found. `Some(None)`: nothing touches. None: a state inside the step has no shape. Of the distances,
+/// `before` and `after` are those at the ends of the step.
 pub(super) fn first_contact<S: RodsInStep>(
     step: &mut S,
     before: &Nearness,
@@ -51,7 +52,8 @@ pub(super) fn first_contact<S: RodsInStep>(
         let there = step.contact_near(y, &contact);
         Some(there.map_or(1.0, |contact| contact.gap))
     };
-    let part = crossing(step, part, 0.0, &gap)?;
+    // Rods that fold onto each other touch along a line: the pair that is nearest jumps, and its gap has no zero.
+    let part = crossing(step, part, 0.0, &gap).unwrap_or(part);
     Some(Some((contact, part)))
 }
 

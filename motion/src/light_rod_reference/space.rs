@@ -14,12 +14,12 @@ use snaprod_systems::section::Strain;
 pub struct LightInSpace {
     link: Link,
     /// Role of the rod in an assembly.
-    member: Option<Member>,
+    member: Option<ReferenceRod>,
 }
 
 /// A rod of an assembly.
 #[derive(Debug, Clone)]
-struct Member {
+struct ReferenceRod {
     number: usize,
     /// The rod between its attachments.
     between: Link,
@@ -42,7 +42,7 @@ impl LightInSpace {
     pub fn in_assembly(number: usize, between: &Link, reversed: bool) -> Self {
         Self {
             link: between.alone().with_chart_by_pull(),
-            member: Some(Member {
+            member: Some(ReferenceRod {
                 number,
                 between: between.clone(),
                 reversed,

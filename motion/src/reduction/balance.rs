@@ -166,8 +166,8 @@ pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
         resultants += tangent * gap;
     }
     Err(Error::no_convergence(format!(
-        "no resultants were found for the strains {:?}",
-        e.as_slice()
+        "no resultants were found for the strains {}",
+        snaprod_systems::error::named(&snaprod_systems::error::STRAINS, e.as_slice())
     )))
 }
 

@@ -1,5 +1,7 @@
 //! Runs of a mass on the planar elastica, with starts from the straight rod.
 
+use super::contacts::{AmongObstacles, GapBy, RodGap};
+use super::rod_gap::{nearest_place, within_reach};
 use super::{Phase, Run};
 use crate::drive::Motion;
 use crate::options::Options;
@@ -49,16 +51,44 @@ impl<'a> Run<'a, Elastica, 2> {
 /// rod. It is boxed behind the trait of all motions, so that callers do not compile the generic run again.
 ///
 /// # Errors
-/// As [`Run::new`] and [`Run::straight`].
+/// As [`Run::new`] and [`Run::straight`]; a start inside an obstacle.
 pub fn on_elastica<'a>(
     body: &'a PointMass<2>,
     from: Option<Vector2<f64>>,
     v: Vector2<f64>,
+    obstacles: Option<AmongObstacles<'a>>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
     let run = match from {
         Some(q) => Run::new(&Elastica, body, q, v, options)?,
         None => Run::straight(body, v, options)?,
     };
+    let run = match obstacles {
+        Some(obstacles) => run.among_obstacles(obstacles)?,
+        None => run,
+    };
     Ok(Box::new(run))
+}
+
+impl<'a> Run<'a, Elastica, 2> {
+    /// The run with obstacles that the body hits. The clamp must stand still.
+    ///
+    /// # Errors
+    /// A start inside an obstacle; contact forces without a solution; a rod with mass; a clamp that moves.
+    pub fn among_obstacles(self, obstacles: AmongObstacles<'a>) -> Result<Self> {
+        if (self.body.support()).is_some_and(|support| !support.is_fixed()) {
+            return Err(Error::domain(
+                "obstacles are for clamps that stand: leave out the motion of the clamp, or the obstacles",
+            ));
+        }
+        let body = self.body;
+        let rod = obstacles.rod_touches.then(|| {
+            let gap = move |at: &Phase<2>, by: GapBy| match by {
+                GapBy::Reach => within_reach(obstacles.bodies, body, at),
+                GapBy::Shape => nearest_place(obstacles.bodies, body, at),
+            };
+            Box::new(gap) as RodGap<'a, 2>
+        });
+        self.among(obstacles, rod)
+    }
 }

@@ -77,7 +77,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// A step of the motion, with the mass of the rod where it can be followed.
     pub(super) fn step(&mut self) -> Result<Option<Progress>> {
         let Some(rod) = self.body.rod() else {
-            return Ok(self.motion.step(self.options.duration));
+            return Ok(self.motion.step(self.end_of_step()));
         };
         let from = self.motion.phase().t;
         let progress = self.step_on(rod);

@@ -11,7 +11,7 @@
 //! longitudinal oscillation ("shaking"), as fast as the rod vibrates where y^2 is small against its mass.
 //! States keep this rest, and its rate, as their component along the rod.
 
-use super::slow_beam::{Glide, Gliding, Moment, aside};
+use super::slow_beam::{BeamMoment, Glide, Gliding, aside};
 use super::{FollowedMass, OnSheet, Phase, rod_error, slope};
 use crate::locate::first_change;
 use nalgebra::SVector;
@@ -63,7 +63,7 @@ impl MassNow {
 
 /// A moment of a rod bent by its own inertia.
 struct InertiaBend<const N: usize> {
-    now: Moment<N>,
+    now: BeamMoment<N>,
     /// Excess of the pull of equilibria over the body's own, u/y; bounds of its slaved and of its shaking part.
     more: f64,
     apart: [f64; 2],
@@ -122,7 +122,7 @@ impl<const N: usize> NearStraight<N> {
 impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     /// The moment `at`, and the quasistatic u: the bend by the rod's own inertia, y times the excess of the
     /// pull of equilibria over the body's own.
-    fn bent(&self, at: &Phase<N>) -> Option<(Moment<N>, f64)> {
+    fn bent(&self, at: &Phase<N>) -> Option<(BeamMoment<N>, f64)> {
         let now = self.moment(at)?;
         let BendingLoad { by_rise, rest, .. } = now.felt?.bending;
         let bent = (by_rise * now.rise() + rest) / now.rod.softening;
@@ -153,13 +153,13 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     }
 
     /// mu c'^2 y, by which the body takes part in the shaking.
-    fn lever(&self, now: &Moment<N>) -> f64 {
+    fn lever(&self, now: &BeamMoment<N>) -> f64 {
         self.body.mass() * now.rod.softening.powi(2) * now.height
     }
 
     /// y'' and u'' of a shaking rod. Its kinetic energy is m int (w y' + w_N u')^2 ds/2, that of the body
     /// along it mu ((c' y u)')^2/2, and |c'| u^2/2 is stored.
-    pub(super) fn shaken(&self, now: &Moment<N>, at: &Phase<N>) -> [f64; 2] {
+    pub(super) fn shaken(&self, now: &BeamMoment<N>, at: &Phase<N>) -> [f64; 2] {
         let (u, rate) = (at.q.dot(&now.rod.along), at.v.dot(&now.rod.along));
         let Some(felt) = now.felt.filter(|_| (u, rate) != (0.0, 0.0)) else {
             return [now.rise(), 0.0];
@@ -413,6 +413,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             self.manifold,
             patch,
             self.body,
+            None,
             None,
             self.orientation,
             &charted,

@@ -216,6 +216,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             patch,
             self.body,
             None,
+            None,
             self.orientation,
             &charted,
         )?;

@@ -8,6 +8,20 @@ use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::roots::chandrupatla;
 use snaprod_systems::solve::stepper::AcceptedStep;
 
+/// Rate of time, as a part of the largest one in a step, below which time stands.
+const STANDS: f64 = 1e-3;
+
+/// The last step of a motion.
+#[derive(Debug, Clone, Copy)]
+pub struct LastStep<const N: usize> {
+    /// Start of the step, in the global chart.
+    pub from: Phase<N>,
+    /// End of the step.
+    pub to: Phase<N>,
+    /// Bound of the acceleration of the body.
+    pub acceleration: f64,
+}
+
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The states inside the last step, as a function of the fraction of the step. None after a step without
     /// interpolant, as a stride over many turns of a shaking.
@@ -43,6 +57,84 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.dense = None;
         self.rewind(part);
         true
+    }
+
+    /// The last step: its ends, and a bound of the body's acceleration, seen from the clamp, by those at its stages.
+    /// None after a step without interpolant.
+    pub fn last_step(&self) -> Option<LastStep<N>> {
+        let step = self.last.as_ref().filter(|_| self.shaking.single())?;
+        let rates = step.stage_slopes().iter().map(|slope| slope.t);
+        let least = STANDS * rates.fold(0.0, f64::max);
+        let moving = (step.stage_slopes().iter()).filter(|slope| slope.t > least);
+        let accelerations = moving.map(|slope| (slope.v / slope.t).norm());
+        Some(LastStep {
+            from: self.global(*step.from()),
+            to: self.global(*step.to()),
+            acceleration: accelerations.fold(0.0, f64::max),
+        })
+    }
+
+    /// Ends the last step about the time `t`, where `event`, whose rate in time is `rate`, vanishes. False, with the
+    /// step unchanged, if that fails.
+    pub fn end_where(&mut self, t: f64, rate: f64, event: impl Fn(&Phase<N>) -> f64) -> bool {
+        let Some(mut step) = self.last.clone() else {
+            return false;
+        };
+        let (f, mut cost) = (self.right_hand_side(), Cost::default());
+        let both = &mut self.both(f);
+        let found = step.interpolant(both, &mut cost).and_then(|dense| {
+            let left = |x: f64| dense.at(x).t - t;
+            let (from, to) = (step.from().t - t, step.to().t - t);
+            let x = chandrupatla(left, (0.0, from), (1.0, to), 0.0)?;
+            let guess = Guess {
+                h: x * step.h(),
+                rate: rate * f(&dense.at(x))?.t,
+                t,
+            };
+            Some(guess)
+        });
+        let (manifold, patch) = (self.manifold, self.patch);
+        let event = |state: &Phase<N>, _: &Phase<N>| {
+            let q = manifold.change_patch(&state.q, patch, Patch::Global);
+            event(&Phase { q, ..*state })
+        };
+        let both = &mut self.both(f);
+        let located = found.and_then(|guess| locate(&step, both, guess, event, &mut cost));
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
+        let Some(located) = located else {
+            return false;
+        };
+        self.dense = None;
+        self.rewind(located.step);
+        true
+    }
+
+    /// Ends the last step about the time `t`. False, with the step unchanged, if that fails.
+    pub fn end_at(&mut self, t: f64) -> bool {
+        self.end_where(t, 1.0, |at| at.t - t)
+    }
+
+    /// Takes the last step back.
+    pub fn take_back(&mut self) {
+        if let Some(step) = self.last.take() {
+            self.dense = None;
+            self.solver.rewind(*step.from(), *step.start_slope());
+        }
+    }
+
+    /// Corrects the current state, by amounts near rounding. False if the motion is not defined there.
+    pub fn correct(&mut self, phase: Phase<N>) -> bool {
+        let own = Phase {
+            q: (self.manifold).change_patch(&phase.q, Patch::Global, self.patch),
+            ..phase
+        };
+        let slope = self.right_hand_side()(&own);
+        self.solver.cost_mut().evaluations += 1;
+        slope.is_some_and(|slope| {
+            self.solver.rewind(own, slope);
+            true
+        })
     }
 
     /// The state within the last step at which the stored energy is largest: the power on the rod changes

@@ -147,6 +147,7 @@ impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
             self.patch,
             self.body,
             None,
+            None,
             self.orientation,
             &now,
         )?;

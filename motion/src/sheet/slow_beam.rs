@@ -42,7 +42,7 @@ pub(super) struct Gliding<'a, M, const N: usize> {
 }
 
 /// The rod and the body at one moment.
-pub(super) struct Moment<const N: usize> {
+pub(super) struct BeamMoment<const N: usize> {
     pub rod: AxialConstraint<N>,
     /// Pull N and its rate.
     pub pull: f64,
@@ -54,7 +54,7 @@ pub(super) struct Moment<const N: usize> {
     pub felt: Option<DeflectionInertia>,
 }
 
-impl<const N: usize> Moment<N> {
+impl<const N: usize> BeamMoment<N> {
     /// Acceleration y'' across the rod.
     pub fn rise(&self) -> f64 {
         self.action.acceleration.dot(&self.rod.across)
@@ -72,7 +72,7 @@ pub(super) fn aside<const N: usize>(at: &Phase<N>, rise: &SVector<f64, N>, time:
 }
 
 /// The pull in balance with the body's motion, and the acceleration across under this pull.
-struct Pulled {
+struct PulledBeam {
     pull: f64,
     rise: f64,
 }
@@ -89,7 +89,7 @@ pub struct Glide<const N: usize> {
 
 impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     /// The pull slaved to the deflection `at`; None outside the range of validity.
-    fn pulled(&self, at: &Phase<N>) -> Option<Pulled> {
+    fn pulled(&self, at: &Phase<N>) -> Option<PulledBeam> {
         let mass = self.body.mass();
         let straight = self.manifold.axial_constraint(0.0)?;
         let (height, speed) = (at.q.dot(&straight.across), at.v.dot(&straight.across));
@@ -102,7 +102,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         let rod = self.manifold.axial_constraint(load)?;
         let rise = free.acceleration.dot(&rod.across) - rod.stiffness * height / mass;
         let pull = load + 2.0 * mass * rod.shortening * (speed * speed + height * rise);
-        Some(Pulled { pull, rise })
+        Some(PulledBeam { pull, rise })
     }
 
     /// N' and N'' at the deflection `at`, whose acceleration is `rise`. Next to a break of the loads N' is
@@ -123,9 +123,9 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         }
     }
 
-    pub(super) fn moment(&self, at: &Phase<N>) -> Option<Moment<N>> {
+    pub(super) fn moment(&self, at: &Phase<N>) -> Option<BeamMoment<N>> {
         let (body, mass) = (self.body, self.body.mass());
-        let Pulled { pull, rise } = self.pulled(at)?;
+        let PulledBeam { pull, rise } = self.pulled(at)?;
         let rod = self.manifold.axial_constraint(pull)?;
         let (height, speed) = (at.q.dot(&rod.across), at.v.dot(&rod.across));
         let [tightening, tightened] = self.rates(at, pull, &(rod.across * rise))?;
@@ -137,7 +137,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         let pose = rod.pose + rod.across * height - rod.along * (back * height);
         let v = rod.across * speed - rod.along * (2.0 * back * speed);
         let force = rod.along * -pull - rod.across * (rod.stiffness * height);
-        let mut now = Moment {
+        let mut now = BeamMoment {
             pull,
             tightening,
             height,
@@ -184,7 +184,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     }
 
     /// Velocity along the rod that is slaved to the deflection and the loads.
-    pub(super) fn slaved(now: &Moment<N>) -> f64 {
+    pub(super) fn slaved(now: &BeamMoment<N>) -> f64 {
         let AxialConstraint {
             shortening,
             softening,

@@ -119,7 +119,7 @@ class Run(Result):
     """A motion. ``data`` is its trajectory.
 
     Under ``landing = "all"`` ``tables`` also has the trajectories of the branches. A rod with strains of its own also
-    has the table ``strain``, and a bar the table ``waves``.
+    has the table ``strain``, a bar the table ``waves``, and a scene with obstacles the table ``contacts``.
     """
 
     events: list[dict[str, Any]]

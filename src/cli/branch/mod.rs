@@ -181,6 +181,11 @@ fn line(text: &mut String, at: &SpecialPoint, conservative: bool) {
             } else {
                 format!(" +- {}", upward(at.precision))
             };
+            let leaves = if at.out_of_plane {
+                ", a branch point out of the plane"
+            } else {
+                ""
+            };
             let on = at.contact.as_ref().map_or(String::new(), |contact| {
                 let place = contact
                     .s
@@ -189,7 +194,7 @@ fn line(text: &mut String, at: &SpecialPoint, conservative: bool) {
             });
             write!(
                 text,
-                "{label:<5} {kind:<17} at {}{bound}{on}, index {before} -> {after}",
+                "{label:<5} {kind:<17} at {}{bound}{on}, index {before} -> {after}{leaves}",
                 exact(at.parameter),
             )
         }

@@ -1,11 +1,13 @@
 //! Pages: one HTML file with its data, drawing code and text, without network access.
 
 mod branch;
+mod equilibria;
 mod motion;
 mod numbers;
 mod sheets;
 
 pub use branch::branch_data;
+pub use equilibria::equilibria_data;
 pub use motion::{MotionContext, motion_data};
 pub use sheets::sheets_data;
 
@@ -49,6 +51,8 @@ pub enum PageKind {
     Motion,
     /// Branches and the shapes along them.
     Branch,
+    /// A list of equilibria.
+    Equilibria,
     /// Solution sheets of the elastica.
     Sheets,
 }
@@ -58,6 +62,7 @@ impl PageKind {
         match self {
             Self::Motion => &[include_str!("player.js"), include_str!("motion.js")],
             Self::Branch => &[include_str!("branch.js")],
+            Self::Equilibria => &[include_str!("equilibria.js")],
             Self::Sheets => &[include_str!("sheets.js")],
         }
     }

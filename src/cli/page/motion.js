@@ -11,6 +11,7 @@ const bodies = data.bodies.map((body) => ({
   speed: body.speed.map(reals),
 }));
 const grooves = data.grooves.map((of) => of.map(reals));
+const obstacles = (data.obstacles ?? []).map((of) => of.map(reals));
 const energies = data.energies.map((one) => ({ ...one, values: reals(one.values), trace: reals(one.trace) }));
 // Curves have points of their own, closer than the pictures; up to each picture so many of them.
 const trace = reals(data.trace);
@@ -70,6 +71,7 @@ const grounds = rods.flatMap((rod) => [0, rod.sections - 1].map((k, end) => ({ r
 const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: "#5f7890", width: 1.3 }, BODY = "#3d3d3d";
 const BEFORE = { colour: ORANGE, width: 2, dash: [7, 4] }, AFTER = { colour: GREEN, width: 2, dash: [2, 4] };
 const FALL = { colour: ORANGE, width: 1, alpha: 0.45 }, WAY = { colour: PINK, width: 1.6 }, MARKED = { colour: ORANGE, width: 1, alpha: 0.5 };
+const OBSTACLE = { colour: "#8a8a8a", width: 1.4 };
 const GROOVE = { colour: "#bebebe", width: 4 };
 const hasFolds = data.place.includes("f"), hasLayers = data.place.includes("y");
 
@@ -103,6 +105,7 @@ class FlatView {
     const at = this.axes, g = at.begin();
     for (const fold of this.folds) at.line(fold.x, fold.y, { colour: AMBER, width: 1.2, dash: [6, 3, 1, 3] });
     for (const groove of grooves) at.line(groove[0], groove[1], GROOVE);
+    for (const line of obstacles) at.line(line[0], line[1], OBSTACLE);
     const rod = (one, k, style) => {
       const points = shape(one, k);
       at.line(points.map((p) => p[0]), points.map((p) => p[1]), style);
@@ -368,6 +371,7 @@ if (hasFolds) stage.key("before the snap", BEFORE);
 if (hasLayers) stage.key("falling", FALL);
 if (hasFolds) stage.key("after the snap", AFTER);
 if (grooves.length) stage.key("groove", GROOVE);
+if (obstacles.length) stage.key("obstacle", OBSTACLE);
 if (data.folds) stage.key("first fold", { colour: AMBER, dash: [6, 3, 1, 3] });
 const picture = flat ? new FlatView(stage) : new SpaceView(stage);
 views = [picture, new EnergyView(new Board("wide", "energies over time"))];

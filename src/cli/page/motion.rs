@@ -9,6 +9,7 @@ use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
 use snaprod::plot::Curve;
 use snaprod::study::film::{Film, PictureRole, Still};
+use snaprod::study::outline_in_plane;
 use snaprod::study::run::{BodyMoment, Moment, RunBody, RunHeader, RunRod};
 
 /// Bounds on the number of sections of a rod, and on the number of sections in all pictures together, in the plane and
@@ -62,6 +63,9 @@ pub fn motion_data(film: &Film, around: &MotionContext) -> Result<Value> {
     });
     // A planar elastica: sheets and borders.
     if !header.in_space() {
+        if header.has_obstacles() {
+            data["obstacles"] = obstacles(stills, header);
+        }
         if !around.folds.is_empty() {
             data["folds"] = folds(&around.folds);
         }
@@ -148,6 +152,21 @@ fn bodies(film: &Film, header: &RunHeader) -> Vec<Value> {
         })
     };
     header.bodies.iter().enumerate().map(body).collect()
+}
+
+/// Lines on the obstacles of a motion in the plane, as far as the rod reaches.
+fn obstacles(stills: &[Still], header: &RunHeader) -> Value {
+    let clamp = stills
+        .first()
+        .map(|still| still.now.clamp.translation.vector);
+    let centre = clamp.unwrap_or_else(Vector3::zeros);
+    let all = header.obstacles.iter();
+    let lines = all.flat_map(|each| outline_in_plane(each, &centre, header.scales.length));
+    let part =
+        |line: &[[f64; 2]], i: usize| quantized(&line.iter().map(|p| p[i]).collect::<Vec<_>>());
+    lines
+        .map(|line| json!([part(&line, 0), part(&line, 1)]))
+        .collect()
 }
 
 /// Grooves of the bodies.

@@ -18,11 +18,11 @@ use crate::full_mass::elements;
 use crate::math::se3::{halves, join};
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::{LightInSpace, Motion, RodCurve};
-use crate::rod::{DistributedLoad, RodSection, Wrench};
+use crate::rod::{DistributedLoad, LoadsWithoutPotential, RodSection, Wrench};
 use crate::scene::read::normal_director;
 use crate::scene::{
-    AssemblyBody, AssemblyRod, AssemblyScene, InitialShape as Shape, LoadAlong, Scales, Scene,
-    Site, SiteJoint, TurnAxis,
+    AssemblyBody, AssemblyRod, AssemblyScene, InitialShape as Shape, LoadAlong, Parameter, Scales,
+    Scene, Site, SiteJoint, TurnAxis,
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3, Vector6};
 use std::f64::consts::PI;
@@ -35,6 +35,19 @@ const GUESS_TOLERANCE: f64 = 1e-10;
 const LOOP_GAP: f64 = 1e-6;
 /// Relative residual of the balance up to which the loads count as invariant under a rotation of the whole assembly.
 const ROTATED_RESIDUAL: f64 = 1e-9;
+
+/// A joint with axes at an end of a rod.
+#[derive(Debug, Clone)]
+pub struct PlacedJoint {
+    /// Name: that of the rod, and "from" or "to".
+    pub name: String,
+    /// Number of the rod, those with a free end last.
+    pub rod: usize,
+    /// Place on the rod, from `from`: 0 or 1.
+    pub place: f64,
+    /// The joint, in the library's units.
+    pub guide: Guide,
+}
 
 /// An assembly made from a scene, in units of its first rod and its first body, with the conversion to the scene's
 /// units.
@@ -112,7 +125,8 @@ impl AssemblySetup {
             // bears loads along it, and stands between places on the ground.
             let sites = [&rod.from, &rod.to];
             let loaded = sites.iter().all(|site| site.body.is_none())
-                || load_along(rod, gravity, &scales)?.is_some();
+                || load_along(rod, gravity, &scales)?.is_some()
+                || turning_loads(scene, rod, &scales)?.is_some();
             let turned_base = scene.run.is_none()
                 && sites.iter().all(|site| site.joint == SiteJoint::Ball)
                 && (loaded || given.plane.is_some());
@@ -171,10 +185,15 @@ impl AssemblySetup {
             } else {
                 load_along(rod, gravity, &scales)?
             };
-            links.push(match load {
+            let link = match load {
                 None => link,
                 Some(load) if turned => link.with_distributed(load.reversed()).map_err(named)?,
                 Some(load) => link.with_distributed(load).map_err(named)?,
+            };
+            links.push(match turning_loads(scene, rod, &scales)? {
+                None => link,
+                Some(loads) if turned => link.with_turning(&from_end(&loads)).map_err(named)?,
+                Some(loads) => link.with_turning(&loads).map_err(named)?,
             });
             reversed.push(turned);
             masses.push(first_order_rod(&rod.rod, &scales).map_err(named)?);
@@ -372,7 +391,7 @@ impl AssemblySetup {
             .points(0.0, &start.bodies, &start.charts, LEAST_TOLERANCE)?;
         for (k, (link, point)) in self.assembly.links().iter().zip(&points).enumerate() {
             let rod = self.assembly.rod_name(k);
-            if link.distributed().is_some() {
+            if link.is_loaded() {
                 return Err(Error::domain(format!(
                     "rest = \"straight\" in [start]: {rod} is elastic and does not rest straight under its weight, or another load along it; leave \
                      rest out, and the bodies start at equilibrium; or give the rods inertia = \"full\", or leave out the load or the mass"
@@ -404,6 +423,37 @@ impl AssemblySetup {
         Ok((Box::new(run), index))
     }
 
+    /// Joints with axes, those of rods with a free end last.
+    ///
+    /// # Errors
+    /// As [`Guide::new`].
+    pub fn joints(&self, scene: &Scene) -> Result<Vec<PlacedJoint>> {
+        let given = scene.assembly().into_iter();
+        let mut found = Vec::new();
+        for given in given {
+            let held = given.rods.iter();
+            let held = held.map(|rod| (&rod.name, vec![(0.0, &rod.from), (1.0, &rod.to)]));
+            let free = given.free.iter();
+            let free = free.map(|rod| (&rod.name, vec![(0.0, &rod.from)]));
+            for (rod, (name, sites)) in held.chain(free).enumerate() {
+                for (place, site) in sites {
+                    let on = attachment(given, site, &self.scales)?;
+                    if let Some(guide) = guide(&site.joint, on, &self.scales)? {
+                        let end = if place == 0.0 { "from" } else { "to" };
+                        let name = format!("{name}.{end}");
+                        found.push(PlacedJoint {
+                            name,
+                            rod,
+                            place,
+                            guide,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(found)
+    }
+
     /// The assembly with the full mass of its rods; `None` if no mass counts in full.
     pub fn heavy(&self) -> Option<&HeavyAssembly> {
         self.heavy.as_ref()
@@ -424,6 +474,7 @@ impl AssemblySetup {
             self.is_heavy() && given.distributed.is_zero() && given.rod.loads.is_empty()
         })
         .filter(|(k, (given, _))| given.rod.relaxation.is_empty() && !self.assembly.is_jointed(*k))
+        .filter(|(_, (given, _))| given.rod.field_in_time().is_none())
         .map(|(k, (_, (link, reversed)))| LightInSpace::in_assembly(k, link, *reversed))
         .collect()
     }
@@ -597,6 +648,43 @@ fn load_along(
     let load = rod.distributed.with_weight(&rod.rod, gravity)?;
     let unit = scales.inward(Quantity::Distributed, 1.0);
     Ok(load.map(|load| load.mapped(|f| f * unit)))
+}
+
+/// Loads along a rod without a potential, in the library's units; `None` without any. A couple counts that a branch may
+/// vary from 0.
+fn turning_loads(
+    scene: &Scene,
+    rod: &AssemblyRod,
+    scales: &Scales,
+) -> Result<Option<LoadsWithoutPotential>> {
+    let any = rod.rod.has_turning_loads() || scene.varies(Parameter::is_listed_couple);
+    if !any || scene.run.is_some() {
+        return Ok(None);
+    }
+    let given = rod.rod.turning_loads()?;
+    let inward = |load: &DistributedLoad, of: Quantity| {
+        let unit = scales.inward(of, 1.0);
+        load.mapped(|x| x * unit)
+    };
+    Ok(Some(LoadsWithoutPotential {
+        follower_force: inward(&given.follower_force, Quantity::Distributed),
+        // A couple per length has the unit of a force.
+        couple: inward(&given.couple, Quantity::Force),
+        follower_couple: inward(&given.follower_couple, Quantity::Force),
+    }))
+}
+
+/// Loads on the rod as seen from the other end, where the directors are turned by pi about d1.
+fn from_end(loads: &LoadsWithoutPotential) -> LoadsWithoutPotential {
+    let turned = |load: &DistributedLoad| {
+        let load = load.reversed();
+        load.mapped(|x| Vector3::new(x.x, -x.y, -x.z))
+    };
+    LoadsWithoutPotential {
+        follower_force: turned(&loads.follower_force),
+        couple: loads.couple.reversed(),
+        follower_couple: turned(&loads.follower_couple),
+    }
 }
 
 fn vector(scales: &Scales, of: Quantity, x: &[f64; 3]) -> Vector3<f64> {

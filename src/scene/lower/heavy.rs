@@ -19,7 +19,8 @@ use crate::motion::full_mass::{EndVelocity, HeavyStart, RodStart, StrainAt, heav
 use crate::motion::{Motion, Options};
 use crate::rod::DistributedLoad;
 use crate::scene::{
-    Dimensionless, InitialShape, Model, Rod, Scales, Scene, StrainField, StrainName, StrainRate,
+    Dimensionless, InitialShape, Model, Rod, Scales, Scene, Start, StrainField, StrainName,
+    StrainRate,
 };
 use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
@@ -39,6 +40,8 @@ pub struct HeavyPlane {
     pub rate: Option<Vec<f64>>,
     /// True if the run starts from the stable equilibrium under all loads.
     pub settled: bool,
+    /// True for an unloaded rod that starts without strain rates on a moving clamp.
+    rides: bool,
     /// Velocity of the end.
     pub velocity: EndVelocity,
     words: String,
@@ -59,8 +62,21 @@ pub struct HeavySpace {
     pub settled: bool,
     /// True if nothing holds the base.
     pub free: bool,
+    /// True for an unloaded rod that starts without strain rates on a moving clamp.
+    rides: bool,
     /// Velocity of the end.
     velocity: EndVelocity,
+}
+
+/// True for an unloaded rod that starts at rest on its moving clamp. It moves as a rigid one: under a load the rates of
+/// the equilibria that the light rod would follow are not its own.
+fn rides(start: &Start) -> bool {
+    let unloaded = match &start.place {
+        InitialShape::Rest { .. } => true,
+        InitialShape::Strain { strain } => strain.is_unloaded(),
+        _ => false,
+    };
+    unloaded && start.with_clamp && start.velocity == [0.0; 3] && start.angular_velocity == [0.0; 3]
 }
 
 /// Section law with its friction, in the units `measures`.
@@ -97,8 +113,9 @@ pub(in crate::scene) fn heavy_law_in_space(
 ) -> Result<(Law, f64, Option<Matrix3<f64>>)> {
     let rigid = rod.unclamped()?.law().rigid();
     let active: Vec<usize> = (0..6).filter(|k| !rigid[*k]).collect();
+    let measures = scales.measures();
     Ok((
-        law(rod, scales.measures(), &active)?,
+        law(rod, measures, &active)?.with_law_in_time(rod.law_in_time(measures)?),
         mass(rod, scales)?,
         rotary(rod, scales)?,
     ))
@@ -173,6 +190,7 @@ impl HeavyPlane {
             relaxed: CurvatureField::relaxed(&plain.start.relaxed)?,
             rate,
             settled,
+            rides: rides(&scene.start),
             velocity: clamp::end_velocity(support.as_ref(), &given_velocity, &plain),
             words,
         })
@@ -206,7 +224,7 @@ impl HeavyPlane {
             rods: vec![rod],
             joints: Vec::new(),
             settled: self.settled,
-            following: self.rate.is_none(),
+            following: self.rate.is_none() && !self.rides,
         }
     }
 }
@@ -313,6 +331,7 @@ impl HeavySpace {
             relaxed: common.relaxed(scene),
             settled,
             free: scene.clamp.free,
+            rides: rides(&scene.start),
             velocity: clamp::end_velocity(support.as_ref(), &velocity, &plain),
             common,
         })
@@ -358,7 +377,7 @@ impl HeavySpace {
             joints: Vec::new(),
             settled: self.settled,
             // A free rod without strain rates moves as it is.
-            following: self.rate.is_none() && !self.free,
+            following: self.rate.is_none() && !self.free && !self.rides,
         })
     }
 

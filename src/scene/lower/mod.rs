@@ -9,6 +9,7 @@ mod heavy;
 mod in_plane;
 mod in_space;
 mod loads;
+mod obstacles;
 mod planar;
 mod planar_as_spatial;
 mod rod;
@@ -16,7 +17,7 @@ mod section;
 mod space;
 mod viscous;
 
-pub use assembly::AssemblySetup;
+pub use assembly::{AssemblySetup, PlacedJoint};
 pub use elastic_space::ElasticSpace;
 pub(in crate::scene) use heavy::heavy_law_in_space as heavy_in_space;
 pub use heavy::{HeavyPlane, HeavySpace};

@@ -2,6 +2,7 @@
 
 use super::clamp::{self, ClampFrame};
 use super::loads::point_mass;
+use super::obstacles::Obstacles;
 use super::{ModelKind, MotionModel};
 use crate::body::{Frame, PointMass};
 use crate::elastica::{
@@ -26,6 +27,8 @@ pub struct ElasticPlane {
     pub start: Option<Equilibrium>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
+    /// Obstacles that the body hits.
+    obstacles: Option<Obstacles>,
     /// Context of messages about the start.
     words: String,
 }
@@ -73,6 +76,7 @@ impl ElasticPlane {
             body,
             start,
             velocity,
+            obstacles: Obstacles::of_point_mass(scene)?,
             words,
         })
     }
@@ -86,7 +90,8 @@ impl MotionModel for ElasticPlane {
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
         let from = self.start.as_ref();
         let chart = from.map(|start| Vector2::new(start.p, start.w));
-        on_elastica(&self.body, chart, self.velocity, options).map_err(|e| match from {
+        let obstacles = self.obstacles.as_ref().map(Obstacles::among);
+        on_elastica(&self.body, chart, self.velocity, obstacles, options).map_err(|e| match from {
             None => e.context(self.words.as_str()),
             Some(_) => e,
         })
@@ -161,7 +166,7 @@ pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equil
 }
 
 /// An equilibrium at the start position.
-struct Candidate {
+struct StartCandidate {
     equilibrium: Equilibrium,
     index: usize,
     /// True if stable; false on a fold, where two equilibria coincide.
@@ -169,10 +174,10 @@ struct Candidate {
 }
 
 /// All equilibria with lambda below `bound`, and the stable ones above, by rising lambda.
-fn candidates([x, y]: [f64; 2], bound: f64) -> Result<Vec<Candidate>> {
-    let mut found: Vec<Candidate> = equilibria_at(x, y, bound)?
+fn candidates([x, y]: [f64; 2], bound: f64) -> Result<Vec<StartCandidate>> {
+    let mut found: Vec<StartCandidate> = equilibria_at(x, y, bound)?
         .iter()
-        .map(|f| Candidate {
+        .map(|f| StartCandidate {
             equilibrium: f.equilibrium,
             index: f.index,
             stable: f.stable(),
@@ -181,7 +186,7 @@ fn candidates([x, y]: [f64; 2], bound: f64) -> Result<Vec<Candidate>> {
     for q in Elastica.stable_at(&Vector2::new(x, y))? {
         let equilibrium = Equilibrium::new(q[0], q[1])?;
         if equilibrium.lambda >= bound {
-            found.push(Candidate {
+            found.push(StartCandidate {
                 equilibrium,
                 index: 0,
                 stable: true,
@@ -206,7 +211,7 @@ fn at_position(scene: &Scene, position: [f64; 2], sheet: &Sheet) -> Result<Equil
         }
     };
     let by = |measure: &dyn Fn(&Equilibrium) -> f64| {
-        let order = |a: &&Candidate, b: &&Candidate| {
+        let order = |a: &&StartCandidate, b: &&StartCandidate| {
             measure(&a.equilibrium).total_cmp(&measure(&b.equilibrium))
         };
         wanted.iter().min_by(order)
@@ -265,11 +270,11 @@ fn position_text(scene: &Scene) -> String {
 }
 
 /// List of equilibria on one line, with energies in the scene's units.
-fn list(scene: &Scene, found: &[Candidate]) -> String {
+fn list(scene: &Scene, found: &[StartCandidate]) -> String {
     let scale = scene.scales().map_or(f64::NAN, |scales| scales.energy);
     let unit = scene.units.energy();
     let space = if unit.is_empty() { "" } else { " " };
-    let one = |c: &Candidate| {
+    let one = |c: &StartCandidate| {
         let e = &c.equilibrium;
         format!(
             "mode {} sign {} (lambda {:.6}, kappa {:.6}, energy {:.6}{space}{unit}, index {})",

@@ -103,20 +103,16 @@ impl Scene {
         }
     }
 
-    /// The planar scene as one in space, without friction of the rod. An equilibrium of the planar elastica at the
-    /// start gives the pose of the end and an initial guess of the shape; the equilibrium under a load along the rod
-    /// differs from it.
+    /// The planar scene with its rod and its clamp in space; the start is left as it is.
     ///
     /// # Errors
-    /// As the start of a planar scene.
-    pub(in crate::scene) fn planar_in_space(&self) -> Result<Self> {
-        let (plain, scales) = (self.dimensionless()?, self.scales()?);
+    /// As [`crate::scene::Rod::bending_stiffness`].
+    pub(in crate::scene) fn lifted_from_plane(&self) -> Result<Self> {
         let mut lifted = self.clone();
         let stiffness = self.rod.bending_stiffness()?;
         let rod = &mut lifted.rod;
         rod.mass = self.rod.mass();
-        (rod.model, rod.material, rod.damping) = (Model::Cosserat, None, None);
-        rod.relaxation = Vec::new();
+        (rod.model, rod.material) = (Model::Cosserat, None);
         rod.section = Section::Diagonal(Diagonal {
             bending: [
                 stiffness.into(),
@@ -129,6 +125,20 @@ impl Scene {
         let q = (rotation(&self.clamp.orientation) * planar_directors()).into_inner();
         lifted.clamp.orientation = Orientation::Quaternion([q.w, q.i, q.j, q.k]);
         lifted.clamp.motion = self.clamp.motion.as_ref().map(out_of_plane);
+        Ok(lifted)
+    }
+
+    /// The planar scene as one in space, without friction of the rod. An equilibrium of the planar elastica at the
+    /// start gives the pose of the end and an initial guess of the shape; the equilibrium under a load along the rod
+    /// differs from it.
+    ///
+    /// # Errors
+    /// As the start of a planar scene.
+    pub(in crate::scene) fn planar_in_space(&self) -> Result<Self> {
+        let (plain, scales) = (self.dimensionless()?, self.scales()?);
+        let mut lifted = self.lifted_from_plane()?;
+        lifted.rod.damping = None;
+        lifted.rod.relaxation = Vec::new();
         // The initial equilibrium is that of the clamp's pose at t = 0.
         let clamp = clamp::clamp_in_space(&plain.clamp)?
             .map_or_else(Isometry3::identity, |support| support.pose(0.0));

@@ -17,12 +17,26 @@ impl Scene {
     /// A scene of motion; a law that is not convex, an end out of reach; faults that [`Scene::parse`] cannot see from
     /// the numbers alone.
     pub fn problem(&self) -> Result<Problem> {
+        self.has_no_obstacles()?;
+        self.problem_of_rod_alone()
+    }
+
+    /// Refuses obstacles, for computations that do not look for contact.
+    ///
+    /// # Errors
+    /// A scene with obstacles.
+    pub(crate) fn has_no_obstacles(&self) -> Result<()> {
         if self.obstacles.is_empty() {
-            return self.problem_of_rod_alone();
+            return Ok(());
         }
-        Err(Error::domain(
-            "this command does not look for contact yet: use `snaprod equilibrium` or `snaprod branch`, or leave out [[obstacle]]",
-        ))
+        let others = if self.is_motion() {
+            "use `snaprod run`"
+        } else {
+            "use `snaprod equilibrium` or `snaprod branch`"
+        };
+        Err(Error::domain(format!(
+            "this command does not look for contact yet: {others}, or leave out [[obstacle]]"
+        )))
     }
 
     /// The equilibrium problem of the rod without the obstacles of the scene.

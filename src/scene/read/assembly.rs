@@ -6,7 +6,7 @@ use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, 
 use super::groove::groove;
 use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::{load, loads, spread};
-use super::plane::lies_in_plane;
+use super::plane::{lies_in_plane, lift};
 use super::ranges::MOMENT;
 use super::reader::Reader;
 use super::rod::{RodTraits, rod};
@@ -19,9 +19,9 @@ use super::table::{Absent, Table};
 use super::tendon::is_driven_as_known;
 use crate::scene::lower::heavy_in_space;
 use crate::scene::{
-    AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Force, FreeRod, Guess,
-    InitialShape, Load, LoadAlong, Loads, Rod, Scene, SceneKind, Site, SiteJoint, Solve, Start,
-    Straight,
+    AssemblyBody, AssemblyRod, AssemblyScene, Clamp, ContactRules, Extent, FaultKind, Force,
+    FreeRod, Guess, InitialShape, Load, LoadAlong, Loads, Rod, Scene, SceneKind, Site, SiteJoint,
+    Solve, Start, Straight,
 };
 
 /// A rod as read. A rod held at both ends also has the attachment of its end and the load along it.
@@ -174,6 +174,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         loads: loads?,
         stations,
         obstacles: Vec::new(),
+        contact: ContactRules::default(),
         run: run?,
         solve: solve?,
         continuation: None,
@@ -211,8 +212,13 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     if !(scene.assembly()).is_some_and(|given| lies_in_plane(top, lists, &scene, given)) {
         return None;
     }
+    let tables = rod_tables?;
+    if let (true, SceneKind::Assembly(given)) = (motion, &mut scene.kind) {
+        lift(given, &tables);
+        scene.rod = given.every_rod().next()?.clone();
+    }
     scene.choose_inertia();
-    can_be_built(top, &rod_tables?, &scene).then_some(scene)
+    can_be_built(top, &tables, &scene).then_some(scene)
 }
 
 /// Bodies and rods that loads may act on.
@@ -525,8 +531,8 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
             hint,
         );
     }
-    if let Some(name) = rod.as_ref().and_then(Rod::field_in_time) {
-        let hint = "the section law varies in time of rods that are held at both ends";
+    if let Some(name) = rod.as_ref().and_then(Rod::field_in_time).filter(|_| !heavy) {
+        let hint = "the section law varies in time of rods that are held at both ends, or that have inertia = \"full\"";
         return table.refuse(kind, name, "constant where `to` is \"free\"", hint);
     }
     if table.has("distributed") {

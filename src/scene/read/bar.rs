@@ -8,8 +8,8 @@ use super::scene::{default, part, units};
 use super::table::{Absent, Table};
 use crate::bar::{Scheme, Stress, motion};
 use crate::scene::{
-    BarScene, Bends, Clamp, FaultKind, History, Loads, Model, Rest, Rod, Scene, SceneKind, Section,
-    Solve, Start,
+    BarScene, Bends, Clamp, ContactRules, FaultKind, History, Loads, Model, Rest, Rod, Scene,
+    SceneKind, Section, Solve, Start,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -65,6 +65,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         inertia: None,
         inertia_chosen: false,
         section_inertia: None,
+        centreline: None,
     };
     Some(Scene {
         units,
@@ -76,6 +77,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         loads: Loads::default(),
         stations: Vec::new(),
         obstacles: Vec::new(),
+        contact: ContactRules::default(),
         run: None,
         solve: Solve::default(),
         continuation: None,

@@ -3,6 +3,7 @@
 use super::fields::{CLAMP_MOTION, PLANE, POSE, ROTATION, SHAKE, TURN};
 use super::groove::groove;
 use super::matrix::{definite, rows};
+use super::obstacle::body_shape;
 use super::phrases::Short;
 use super::ranges::{FINITE, MOMENT, Rule, VALUE};
 use super::reader::Reader;
@@ -216,17 +217,20 @@ pub(super) fn direction(table: &Table, name: &str) -> Option<[f64; 3]> {
     })
 }
 
-/// Reads the body; the first result is true for a weld.
-pub(super) fn body(table: &Table) -> (Option<bool>, Option<Body>) {
+/// Reads the body; the first result is true for a weld. `weld` is false for a point mass on a ball joint in space.
+pub(super) fn body(table: &Table, weld: Option<bool>) -> (Option<bool>, Option<Body>) {
     if table.reader.kind.get() == PLANE {
-        let body = |mass| Body {
-            mass,
-            joint: Joint::Ball,
-            groove: None,
+        let (mass, shape) = (table.number("mass"), body_shape(table));
+        let body = || {
+            Some(Body {
+                mass: mass?,
+                joint: Joint::Ball,
+                groove: None,
+                shape: shape?,
+            })
         };
-        return (Some(false), table.number("mass").map(body));
+        return (Some(false), body());
     }
-    let weld = table.word("joint", &[true, false]);
     (weld, spatial_body(table, weld))
 }
 
@@ -273,6 +277,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
         mass: mass?,
         joint,
         groove: groove?,
+        shape: None,
     })
 }
 

@@ -5,7 +5,7 @@
 
 pub(super) use super::field_spec::*;
 use super::groove::GROOVE;
-use super::obstacle::{OBSTACLE, ON as TOUCHED};
+use super::obstacle::{BODY_SHAPE, CONTACT, HIT, OBSTACLE, ON as TOUCHED};
 use super::ranges::*;
 
 use Form::*;
@@ -53,7 +53,8 @@ pub(super) static TOP: Spec = Spec {
         field("loads", STATICS, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
         field("load", ANY, Array(&Table(&LISTED)), "", No, "Loads on ends, bodies, places and parts of rods, each a table [[load]], at most 100; beside those of the other tables."),
         field("station", ANY, Array(&Table(&STATION)), "", No, "Places on rods whose motion, strains and resultants are written, each a table [[station]], at most 100."),
-        field("obstacle", TOUCHED, Array(&Table(&OBSTACLE)), "", No, "Fixed bodies that the rod touches and does not enter, each a table [[obstacle]], at most 100."),
+        field("obstacle", TOUCHED, Array(&Table(&OBSTACLE)), "", No, "Bodies that stand or move in a given way, which the rod and its body do not enter, each a table [[obstacle]], at most 100."),
+        field("contact", HIT, Table(&CONTACT), "", No, "Rules of contact with obstacles, in a motion."),
         field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
@@ -66,6 +67,8 @@ pub(super) static TOP: Spec = Spec {
         (STATICS, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
         (SPACE, "end", ONE_KIND), (SPACE, "solve", ONE_KIND), (SPACE, "continue", ONE_KIND),
         (PLANE, "end", NOT_FLAT), (PLANE, "solve", NOT_FLAT), (PLANE, "continue", NOT_FLAT),
+        (SPACE | ASSEMBLY | BAR, "obstacle", "obstacles are for one rod at rest in space, which has [end] in place of [body] and [run], and for the motion of one rod in the plane, model = \"elastica\""),
+        (SPACE | ASSEMBLY | BAR | STATICS, "contact", "rules of contact are for the motion of one rod in the plane, model = \"elastica\""),
     ],
 };
 
@@ -237,6 +240,7 @@ pub(super) static ALONG: Spec = spec("along", &[
     field("s", IN_SPACE, List, "m", Yes("s = [0.0, 1.0]"), "Arclengths that grow from 0 to the length of the rod; linear in between. One that stands twice is a jump."),
     field("values", IN_SPACE, List, "", Yes("values = [1.0, 0.5]"), "The value at each of s."),
     field("polynomial", IN_SPACE, List, "", No, "c0, c1, ... (1 to 16) of c0 + c1 x + ..., x = s / length, in place of s and values."),
+    field("pieces", IN_SPACE, Array(&List), "", No, "Of curvature and twist, in place of values: between each two neighbours of s a polynomial c0 + c1 y + ..., y from 0 to 1. As scene.toml has the curve of a `centreline`."),
 ]);
 #[rustfmt::skip]
 pub(super) static BARRIER: Spec = spec("barrier", &[
@@ -249,6 +253,16 @@ pub(super) static REST_STRAINS: Spec = spec("rod.rest", &[
     field("twist", IN_SPACE, BENT, "rad/m", Or("0.0"), "Twist of the unloaded rod."),
     field("helix", IN_SPACE, Table(&COIL), "", No, "A helix, in place of curvature and twist. d1 points to its axis."),
     field("arc", IN_SPACE, Table(&ARC), "", No, "An arc of a circle, in place of curvature and twist: two of radius, angle and the length of the rod. d1 points to its centre."),
+    field("centreline", IN_SPACE, OneOf(&[Name, Rows(3), Table(&CENTRELINE)]), "", No, "A smooth curve through points, in place of curvature and twist: the name of a file, rows [x, y, z], or a table."),
+]);
+#[rustfmt::skip]
+pub(super) static CENTRELINE: Spec = spec("rod.rest.centreline", &[
+    field("file", IN_SPACE, Name, "", No, "Name of a file with a row for each point, 4 at least; it counts from the directory of the scene's file. Or points."),
+    field("columns", IN_SPACE, Array(&Name), "", Or("[\"x\", \"y\", \"z\"]"), "Names of the columns of `file`. Without a line of names the columns stand in this order."),
+    field("points", IN_SPACE, Rows(3), "m", No, "The points as rows [x, y, z], 4 at least, in place of a file."),
+    field("pieces", IN_SPACE, Count(1, 1000), "", No, "Number of polynomial pieces of the curve, for points with noise: the curve is then nearest to the points, in the sense of least squares. Without it a curve through the points; of more than 105 points, 100 pieces."),
+    field("normal", IN_SPACE, Vector(&VALUE), "", No, "Direction of d1 at the first point, in the axes of the points; a part along the tangent is left out. Without it the axis that is most across the tangent."),
+    field("twist", IN_SPACE, Number(&VALUE), "rad/m", Or("0.0"), "Twist of the unloaded rod about its centreline. At 0 the directors do not turn about the tangent."),
 ]);
 #[rustfmt::skip]
 pub(super) static COIL: Spec = spec("rod.rest.helix", &[
@@ -326,7 +340,9 @@ pub(super) static PROPORTIONAL: Spec = spec("proportional", &[
 ]);
 
 #[rustfmt::skip]
-pub(super) static CLAMP: Spec = spec("clamp", &[
+pub(super) static CLAMP: Spec = Spec {
+    name: "clamp",
+    fields: &[
     field("position", ONE, Vector(&VALUE), "m", Or("0"), "Position of the base."),
     field("angle", PLANE, Number(&VALUE), "rad", Or("0.0"), "Angle of the rod's tangent at the base from +x towards +y."),
     field("quaternion", ONE_IN_SPACE, Numbers(4), "", No, "Orientation of the directors at the base, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
@@ -335,7 +351,19 @@ pub(super) static CLAMP: Spec = spec("clamp", &[
     field("normal", ONE_IN_SPACE, Vector(&VALUE), "", No, NORMAL),
     field("motion", MOTION, Table(&CLAMP_MOTION), "", No, "How the clamp moves."),
     field("free", ONE, Flag, "", Or("false"), "True: nothing holds the base, and the rod flies. Position and orientation are those of the base at the start, start.velocity and start.angular_velocity those of the base. In space, with inertia = \"full\"."),
-]);
+    field("joint", SPACE, Word(&["weld", "ball", "hinge", "universal", "slider", "roller"]), "", Or("\"weld\""), "What holds the rod's base there in a motion of an elastic rod, or with inertia = \"full\"; the kinds are those of `from` in [[rod]]. With a joint the scene runs as an assembly of the rod \"rod\" and the body \"body\", or \"end\" where [body] is left out."),
+    field("joint", PLANE, Word(&["weld", "hinge"]), "", Or("\"weld\""), "\"hinge\": the base turns freely in the plane. The scene then runs in space, as an assembly of the rod \"rod\" and the body \"body\"."),
+    field("axis", SPACE, Vector(&VALUE), "", No, "Axis of a joint that has one, as in `from` of [[rod]], along the directors there."),
+    field("second_axis", SPACE, Vector(&VALUE), "", No, "Second axis of a universal joint, which stays with the rod."),
+    field("slide", SPACE, Vector(&VALUE), "", No, "Direction along which a hinge or universal joint also slides, without force."),
+    field("couple", SPACE, Number(&VALUE), "N m", Or("0.0"), "Constant couple of a hinge or universal joint on the rod, about the first axis."),
+    field("force", SPACE, Number(&VALUE), "N", Or("0.0"), "Constant force of a slider or roller on the rod, along the axis."),
+    field("stiffness", SPACE, Number(&NON_NEGATIVE), "N m or N/m", Or("0.0"), "Spring in the joint: couple per radian, force per length."),
+    field("rest", SPACE, Number(&VALUE), "rad or m", Or("0.0"), "Angle, or shift, at which the spring of the joint is unloaded."),
+    field("damping", SPACE, Number(&NON_NEGATIVE), "N m s or N s/m", Or("0.0"), "Viscous friction in the joint: couple per rate of the angle, force per rate of the shift."),
+    ],
+    barred: &[(STATICS, "joint", "at rest a rod on joints is one [[rod]] with `from` and `to`, each with its joint")],
+};
 #[rustfmt::skip]
 pub(super) static ROTATION: Spec = spec("rotation", &[
     field("axis", IN_SPACE, Vector(&VALUE), "", Yes("axis = [0.0, 1.0, 0.0]"), "Axis in the world, not 0, of any length."),
@@ -374,9 +402,18 @@ pub(super) static BODY: Spec = Spec {
     fields: &[
     field("name", ASSEMBLY, Name, "", Yes("name = \"m\""), "The name of the body, letters, digits, - and _; each body has another."),
     field("mass", PLANE | BAR, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
+    field("shape", HIT, OneOf(&[Word(&["point"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles; without it a point at the end of the rod."),
     field("mass", SPACE, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
     field("mass", ASSEMBLY, Number(&SIZE_OR_0), "kg", Yes("mass = 1.0"), "Mass of the body. 0 or left out, and no inertia: a node, which joins rods, bears loads and turns with the rods; at rest, or where all rods have inertia = \"full\"."),
-    field("joint", SPACE, Word(&["weld", "ball"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn."),
+    field("joint", SPACE, Word(&["weld", "ball", "hinge", "universal", "slider", "roller"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn (\"ball\"); or a rigid body on a joint with an axis, as in `to` of [[rod]]."),
+    field("axis", SPACE, Vector(&VALUE), "", No, "Axis of a joint that has one, as in `from` of [[rod]], along the directors there."),
+    field("second_axis", SPACE, Vector(&VALUE), "", No, "Second axis of a universal joint, which stays with the rod."),
+    field("slide", SPACE, Vector(&VALUE), "", No, "Direction along which a hinge or universal joint also slides, without force."),
+    field("couple", SPACE, Number(&VALUE), "N m", Or("0.0"), "Constant couple of a hinge or universal joint on the rod, about the first axis."),
+    field("force", SPACE, Number(&VALUE), "N", Or("0.0"), "Constant force of a slider or roller on the rod, along the axis."),
+    field("stiffness", SPACE, Number(&NON_NEGATIVE), "N m or N/m", Or("0.0"), "Spring in the joint: couple per radian, force per length."),
+    field("rest", SPACE, Number(&VALUE), "rad or m", Or("0.0"), "Angle, or shift, at which the spring of the joint is unloaded."),
+    field("damping", SPACE, Number(&NON_NEGATIVE), "N m s or N s/m", Or("0.0"), "Viscous friction in the joint: couple per rate of the angle, force per rate of the shift."),
     field("offset", SPACE, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a welded body, from the end of the rod, along the directors there."),
     field("offset", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a body with inertia, from the origin of its frame, along its axes."),
     field("inertia", SPACE, OneOf(&[Numbers(3), Rows(3)]), "kg m²", Yes("inertia = [0.01, 0.01, 0.01]"), "Inertia of a welded body about its centre of mass, along the directors: its diagonal, or three rows."),
@@ -534,7 +571,7 @@ pub(super) static LISTED: Spec = spec("load", &[
     field("force", RUNS, LOAD, "N", Or("[0.0, 0.0, 0.0]"), "Force, in the world, or along the directors where `follows` is true; on a body it may be in time, as body.force of an assembly."),
     field("couple", STATICS, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise."),
     field("couple", SPACE | ASSEMBLY, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise; on a body with inertia."),
-    field("follows", IN_SPACE, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors. On a rod in statics of one rod alone."),
+    field("follows", IN_SPACE, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors. On a rod at rest alone."),
     field("factor", ANY, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple on a rod, for branches: load.0.factor."),
 ]);
 #[rustfmt::skip]

@@ -17,6 +17,20 @@ const LAW: [&str; 7] = [
 /// Largest cosine of the angle between two axes that count as perpendicular.
 const ACROSS: f64 = 1e-9;
 
+/// Reads the joint of a planar rod to its clamp: a weld, or a hinge about the normal of the plane.
+pub(super) fn joint_in_plane(table: &Table) -> Option<SiteJoint> {
+    let hinge = SiteJoint::Hinge(TurnAxis {
+        // Planar rods in space have d1 across the plane.
+        axis: [1.0, 0.0, 0.0],
+        slide: None,
+        couple: 0.0,
+        stiffness: 0.0,
+        rest: 0.0,
+        damping: 0.0,
+    });
+    table.word("joint", &[SiteJoint::Weld, hinge])
+}
+
 /// Reads the joint of a rod end: the kind, the axes, and the laws of the axes.
 pub(super) fn joint(table: &Table) -> Option<SiteJoint> {
     let kinds = ["weld", "ball", "hinge", "universal", "slider", "roller"];

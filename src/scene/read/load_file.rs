@@ -1,4 +1,4 @@
-//! Reader of forces from a file: columns of times and components, separated by commas, semicolons or blanks.
+//! Reader of numbers from a file in columns, separated by commas, semicolons or blanks: forces in time, points.
 
 use super::fields::PLANE;
 use super::table::{Absent, Table};
@@ -18,9 +18,15 @@ pub(super) fn from_file(table: &Table, follower: bool) -> Option<Vec<Force>> {
     } else {
         4
     };
-    let columns = columns(table, size)?;
+    let names = &NAMES[..size];
+    let words = format!("{size} columns: of the time, then of the components");
+    let columns = columns(table, names, &words)?;
+    let kind = Columns {
+        names: &columns,
+        grow: true,
+    };
     table.read("file", "a name in quotes", Absent::Fault, |field, value| {
-        rows(table, field, value, &columns).map(|rows| {
+        rows(table, field, value, &kind).map(|rows| {
             let along = |axis: usize| Force {
                 direction: std::array::from_fn(|i| f64::from(u8::from(i == axis))),
                 size: History::Table(rows.iter().map(|row| [row[0], row[1 + axis]]).collect()),
@@ -31,12 +37,17 @@ pub(super) fn from_file(table: &Table, follower: bool) -> Option<Vec<Force>> {
     })
 }
 
-/// Names of the columns to read.
-fn columns(table: &Table, size: usize) -> Option<Vec<String>> {
-    let names = &NAMES[..size];
-    let words = format!(
-        "the names of {size} columns: of the time, then of the components, such as {names:?}"
-    );
+/// Columns of a file.
+pub(super) struct Columns<'a> {
+    pub names: &'a [String],
+    /// True if the numbers of the first column grow: times.
+    pub grow: bool,
+}
+
+/// Names of the columns to read, by default `names`.
+pub(super) fn columns(table: &Table, names: &[&str], what: &str) -> Option<Vec<String>> {
+    let size = names.len();
+    let words = format!("the names of {what}, such as {names:?}");
     let given = Absent::Or(names.iter().map(|name| (*name).to_owned()).collect());
     table.read("columns", &words, given, |field, value| {
         let reader = table.reader;
@@ -56,11 +67,12 @@ fn columns(table: &Table, size: usize) -> Option<Vec<String>> {
     })
 }
 
-fn rows(
+/// The numbers of a file, row by row.
+pub(super) fn rows(
     table: &Table,
     field: &str,
     value: &Spanned<DeValue>,
-    columns: &[String],
+    columns: &Columns,
 ) -> Option<Vec<Vec<f64>>> {
     let reader = table.reader;
     let Some(name) = value.get_ref().as_str() else {
@@ -68,9 +80,14 @@ fn rows(
         return None;
     };
     let refuse = |hint: String| {
+        let times = if columns.grow {
+            ", of growing times"
+        } else {
+            ""
+        };
         let words = format!(
-            "a file with the columns {}, of growing times",
-            columns.join(", ")
+            "a file with the columns {}{times}",
+            columns.names.join(", ")
         );
         reader.refuse(FaultKind::Value, field, value, words, hint)
     };
@@ -101,7 +118,8 @@ fn rows(
 
 /// The numbers of the named columns, row by row. A first line without numbers names the columns; without it they stand
 /// in the order of `names`. Empty lines and those that begin with # are left out.
-fn numbers(text: &str, names: &[String]) -> Result<Vec<Vec<f64>>, String> {
+fn numbers(text: &str, columns: &Columns) -> Result<Vec<Vec<f64>>, String> {
+    let names = columns.names;
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     let mut lines = lines
         .map(|(k, line)| (k + 1, line.trim()))
@@ -149,6 +167,7 @@ fn numbers(text: &str, names: &[String]) -> Result<Vec<Vec<f64>>, String> {
             .map(number)
             .collect::<Result<_, _>>()?;
         if let Some(last) = rows.last()
+            && columns.grow
             && !(row[0] > last[0])
         {
             return Err(format!(

@@ -170,26 +170,22 @@ fn on_rod(table: &Table, rod: usize, load: &RodLoad, bearers: &Bearers) -> Optio
         }
         return Some(());
     }
-    let beyond = if bearers.motion {
-        "in a motion"
-    } else {
-        "in an assembly"
-    };
-    if load.follows {
-        let hint = "follower loads on a rod are for statics of one rod, [rod] and [end]; a load that follows a body acts `on` it";
+    if load.follows && bearers.motion {
+        let hint =
+            "follower loads on a rod are for statics; a load that follows a body acts `on` it";
         return table.refuse(
             FaultKind::Conflict,
             "follows",
-            format!("false on a rod {beyond}"),
+            "false on a rod in a motion",
             hint,
         );
     }
-    if load.couple != [0.0; 3] {
-        let hint = "couples on a rod are for statics of one rod, [rod] and [end]; a couple on a body acts `on` it";
+    if load.couple != [0.0; 3] && bearers.motion {
+        let hint = "couples on a rod are for statics; a couple on a body acts `on` it";
         return table.refuse(
             FaultKind::Conflict,
             "couple",
-            format!("left out on a rod {beyond}"),
+            "left out on a rod in a motion",
             hint,
         );
     }

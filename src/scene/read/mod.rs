@@ -10,6 +10,7 @@ mod fields;
 mod friction;
 mod groove;
 mod joint;
+mod jointed;
 mod kind;
 mod load_file;
 mod load_list;

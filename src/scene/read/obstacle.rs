@@ -1,55 +1,113 @@
-//! Reader of `[[obstacle]]`: fixed bodies that rods do not enter.
+//! Reader of `[[obstacle]]`, `[contact]` and the shapes of bodies: what is not entered, and the rules of contact.
 
 use super::assembly::plain_name;
-use super::ends::{direction, rotation};
-use super::fields::{Form, Kinds, Need, ROTATION, STATICS, Spec, field, spec};
-use super::ranges::{NON_NEGATIVE, SIZE, VALUE};
+use super::ends::{direction, motion, rotation};
+use super::fields::{Form, Kinds, Need, PLANE, ROTATION, SHAKE, STATICS, Spec, field, spec};
+use super::ranges::{FINITE, NON_NEGATIVE, POSITIVE, Rule, SILENT, SIZE, VALUE};
 use super::table::{Absent, Table};
-use crate::scene::{FaultKind, Obstacle, ObstacleShape};
+use crate::contact::ImpactLaw;
+use crate::motion::LandingRule;
+use crate::obstacle;
+use crate::scene::{
+    BodyShape, ContactRules, FaultKind, Obstacle, ObstacleShape, RodsInContact, Scene,
+};
+use nalgebra::Vector2;
 
 /// Most obstacles of a scene.
 const OBSTACLES: usize = 100;
 /// Kinds of scenes with obstacles.
-pub(super) const ON: Kinds = STATICS;
+pub(super) const ON: Kinds = STATICS | PLANE;
+/// Kinds of scenes in which bodies hit obstacles.
+pub(super) const HIT: Kinds = PLANE;
+/// Kinds of scenes with obstacles in space.
+const SOLID: Kinds = ON & !PLANE;
+
+/// A restitution.
+static RESTITUTION: Rule = Rule {
+    allowed: "a number in [0, 1]",
+    holds: |x| (0.0..=1.0).contains(&x),
+    hint: |x| (x > 1.0).then_some("an impact does not create energy"),
+};
+/// A coefficient of friction.
+static FRICTION: Rule = Rule {
+    allowed: "a finite number >= 0",
+    holds: NON_NEGATIVE.holds,
+    hint: SILENT,
+};
 
 #[rustfmt::skip]
 pub(super) static OBSTACLE: Spec = spec("obstacle", &[
     field("name", ON, Form::Name, "", Need::Or("\"obstacle1\", \"obstacle2\", ..."), "Name of the obstacle in tables and messages."),
-    field("plane", ON, Form::Table(&PLANE), "", Need::No, "The half-space behind a plane."),
-    field("cylinder", ON, Form::Table(&CYLINDER), "", Need::No, "A cylinder without ends, or a tube."),
-    field("sphere", ON, Form::Table(&SPHERE), "", Need::No, "A sphere, or a shell."),
-    field("capsule", ON, Form::Table(&CAPSULE), "", Need::No, "A straight bar with round ends."),
-    field("box", ON, Form::Table(&BOX), "", Need::No, "A box."),
+    field("plane", ON, Form::Table(&HALF_SPACE), "", Need::No, "The half-space behind a plane."),
+    field("cylinder", SOLID, Form::Table(&CYLINDER), "", Need::No, "A cylinder without ends, or a tube."),
+    field("sphere", SOLID, Form::Table(&SPHERE), "", Need::No, "A sphere, or a shell."),
+    field("capsule", SOLID, Form::Table(&CAPSULE), "", Need::No, "A straight bar with round ends."),
+    field("box", SOLID, Form::Table(&BOX), "", Need::No, "A box."),
+    field("disc", PLANE, Form::Table(&DISC), "", Need::No, "A disc, or a round hole."),
+    field("segment", PLANE, Form::Table(&SEGMENT), "", Need::No, "A straight bar with round ends."),
+    field("polygon", PLANE, Form::Rows(2), "m", Need::No, "Corners [x, y] of a convex polygon, from 3 to 250, either way round."),
+    field("friction", HIT, Form::Number(&FRICTION), "", Need::No, "Coefficient of Coulomb friction between the surfaces; without it that of [contact]."),
+    field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::No, "Restitution of bodies that hit the obstacle, 0 (no bounce) to 1 (no loss); without it that of [contact]."),
+    field("motion", HIT, Form::Table(&OBSTACLE_MOTION), "", Need::No, "How the obstacle moves, from its place; without it the obstacle stands."),
 ]);
 #[rustfmt::skip]
-static PLANE: Spec = spec("obstacle.plane", &[
+static HALF_SPACE: Spec = spec("obstacle.plane", &[
     field("point", ON, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "A point of the plane."),
     field("normal", ON, Form::Vector(&VALUE), "", Need::Yes("normal = [0.0, 0.0, 1.0]"), "Normal from the obstacle outwards, not 0, of any length."),
 ]);
 #[rustfmt::skip]
+static DISC: Spec = spec("obstacle.disc", &[
+    field("centre", PLANE, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0]"), "Centre."),
+    field("radius", PLANE, Form::Number(&SIZE), "m", Need::Yes("radius = 0.1"), "Radius."),
+    field("inside", PLANE, Form::Flag, "", Need::Or("false"), "true: a round hole, in which bodies are."),
+]);
+#[rustfmt::skip]
+static SEGMENT: Spec = spec("obstacle.segment", &[
+    field("from", PLANE, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0]"), "One end."),
+    field("to", PLANE, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0]"), "The other end."),
+    field("radius", PLANE, Form::Number(&NON_NEGATIVE), "m", Need::Yes("radius = 0.01"), "Distance of the surface from the segment."),
+]);
+#[rustfmt::skip]
+static OBSTACLE_MOTION: Spec = spec("obstacle.motion", &[
+    field("translate", HIT, Form::OneOf(&[Form::Array(&Form::List), Form::Table(&SHAKE)]), "s, m", Need::Yes("translate = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1]]"),
+        "Displacement from its place: rows [t, x, y], smooth between them and at rest before and after; or a sine along a direction."),
+]);
+#[rustfmt::skip]
+pub(super) static CONTACT: Spec = spec("contact", &[
+    field("friction", HIT, Form::Number(&FRICTION), "", Need::Or("0.0"), "Coefficient of Coulomb friction of obstacles that do not say their own."),
+    field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::Or("0.0"), "Restitution of obstacles that do not say their own."),
+    field("law", HIT, Form::Word(&["stronge", "poisson", "newton"]), "", Need::Or("\"stronge\""), "What the restitution is: a ratio of works, of impulses, or of normal velocities. The three agree for bodies that do not turn."),
+    field("rods", HIT, Form::Word(&["all", "none"]), "", Need::Or("\"all\""), "\"all\": the run ends where the rod touches an obstacle. \"none\": the rod passes through obstacles, and its body alone hits them."),
+    field("settle_speed", HIT, Form::Number(&POSITIVE), "m/s", Need::No, "Normal speed after an impact below which the bounces that are left are summed up; without it 1e-6 sqrt(EI/(mass length))."),
+]);
+#[rustfmt::skip]
+pub(super) static BODY_SHAPE: Spec = spec("body.shape", &[
+    field("ball", HIT, Form::Number(&SIZE), "m", Need::Yes("ball = 0.04"), "Diameter of a ball about the end of the rod."),
+]);
+#[rustfmt::skip]
 static CYLINDER: Spec = spec("obstacle.cylinder", &[
-    field("point", ON, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "A point of the axis."),
-    field("axis", ON, Form::Vector(&VALUE), "", Need::Yes("axis = [0.0, 1.0, 0.0]"), "Direction of the axis, not 0, of any length."),
-    field("radius", ON, Form::Number(&SIZE), "m", Need::Yes("radius = 0.1"), "Radius."),
-    field("inside", ON, Form::Flag, "", Need::Or("false"), "true: a tube, which rods touch from inside."),
+    field("point", SOLID, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "A point of the axis."),
+    field("axis", SOLID, Form::Vector(&VALUE), "", Need::Yes("axis = [0.0, 1.0, 0.0]"), "Direction of the axis, not 0, of any length."),
+    field("radius", SOLID, Form::Number(&SIZE), "m", Need::Yes("radius = 0.1"), "Radius."),
+    field("inside", SOLID, Form::Flag, "", Need::Or("false"), "true: a tube, which rods touch from inside."),
 ]);
 #[rustfmt::skip]
 static SPHERE: Spec = spec("obstacle.sphere", &[
-    field("centre", ON, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "Centre."),
-    field("radius", ON, Form::Number(&SIZE), "m", Need::Yes("radius = 0.1"), "Radius."),
-    field("inside", ON, Form::Flag, "", Need::Or("false"), "true: a shell, which rods touch from inside."),
+    field("centre", SOLID, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "Centre."),
+    field("radius", SOLID, Form::Number(&SIZE), "m", Need::Yes("radius = 0.1"), "Radius."),
+    field("inside", SOLID, Form::Flag, "", Need::Or("false"), "true: a shell, which rods touch from inside."),
 ]);
 #[rustfmt::skip]
 static CAPSULE: Spec = spec("obstacle.capsule", &[
-    field("from", ON, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "One end of its axis."),
-    field("to", ON, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "The other end of its axis."),
-    field("radius", ON, Form::Number(&NON_NEGATIVE), "m", Need::Yes("radius = 0.1"), "Distance of the surface from the axis."),
+    field("from", SOLID, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "One end of its axis."),
+    field("to", SOLID, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "The other end of its axis."),
+    field("radius", SOLID, Form::Number(&NON_NEGATIVE), "m", Need::Yes("radius = 0.1"), "Distance of the surface from the axis."),
 ]);
 #[rustfmt::skip]
 static BOX: Spec = spec("obstacle.box", &[
-    field("centre", ON, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "Centre."),
-    field("sides", ON, Form::Vector(&SIZE), "m", Need::Yes("sides = [0.1, 0.1, 0.1]"), "Lengths of the sides."),
-    field("rotation", ON, Form::Table(&ROTATION), "", Need::No, "Rotation from the world's axes to those of the box; without it along the axes."),
+    field("centre", SOLID, Form::Vector(&VALUE), "m", Need::Or("[0.0, 0.0, 0.0]"), "Centre."),
+    field("sides", SOLID, Form::Vector(&SIZE), "m", Need::Yes("sides = [0.1, 0.1, 0.1]"), "Lengths of the sides."),
+    field("rotation", SOLID, Form::Table(&ROTATION), "", Need::No, "Rotation from the world's axes to those of the box; without it along the axes."),
 ]);
 
 /// Reads the obstacles of a scene; none without the list.
@@ -75,14 +133,12 @@ pub(super) fn obstacles(top: &Table) -> Option<Vec<Obstacle>> {
             let hint = format!("it has {} elements", list.len());
             return reader.refuse(FaultKind::Value, field, value, words, hint);
         }
-        let named = list
-            .into_iter()
-            .enumerate()
-            .map(|(k, (name, shape))| Obstacle {
-                name: name.unwrap_or_else(|| format!("obstacle{}", k + 1)),
-                shape,
-            });
-        let obstacles: Vec<Obstacle> = named.collect();
+        let mut obstacles = list;
+        for (k, obstacle) in obstacles.iter_mut().enumerate() {
+            if obstacle.name.is_empty() {
+                obstacle.name = format!("obstacle{}", k + 1);
+            }
+        }
         for (k, obstacle) in obstacles.iter().enumerate() {
             if obstacles[..k]
                 .iter()
@@ -97,13 +153,19 @@ pub(super) fn obstacles(top: &Table) -> Option<Vec<Obstacle>> {
     })
 }
 
-/// Reads the name of an obstacle, if given, and the shape.
-fn obstacle(table: &Table) -> Option<(Option<String>, ObstacleShape)> {
+/// Reads an obstacle; its name is empty if left out.
+fn obstacle(table: &Table) -> Option<Obstacle> {
     let allowed = "a name of letters, digits, _ and -";
     let name = table.maybe("name", |field, value| {
         plain_name(table.reader, field, value, allowed).map(str::to_owned)
     });
-    let shapes = ["plane", "cylinder", "sphere", "capsule", "box"];
+    let shapes = [
+        "plane", "cylinder", "sphere", "capsule", "box", "disc", "segment", "polygon",
+    ];
+    let known: Vec<&str> = shapes
+        .into_iter()
+        .filter(|shape| table.knows(shape))
+        .collect();
     let given = table.given(&shapes);
     let one = match given.as_slice() {
         [one] => *one,
@@ -116,19 +178,191 @@ fn obstacle(table: &Table) -> Option<(Option<String>, ObstacleShape)> {
             return None;
         }
         [] => {
-            let allowed = "one of plane, cylinder, sphere, capsule and box";
-            table.missing("plane", allowed, "plane = { normal = [0.0, 0.0, 1.0] }");
+            let flat = table.reader.kind.get() == PLANE;
+            let example = if flat {
+                "plane = { normal = [0.0, 1.0] }"
+            } else {
+                "plane = { normal = [0.0, 0.0, 1.0] }"
+            };
+            let (last, first) = known.split_last()?;
+            let allowed = format!("one of {} and {last}", first.join(", "));
+            table.missing("plane", &allowed, example);
             return None;
         }
     };
     let shape = match one {
-        "plane" => plane(&table.inner("plane", &PLANE)?),
+        "plane" => plane(&table.inner("plane", &HALF_SPACE)?),
         "cylinder" => cylinder(&table.inner("cylinder", &CYLINDER)?),
         "sphere" => sphere(&table.inner("sphere", &SPHERE)?),
         "capsule" => capsule(&table.inner("capsule", &CAPSULE)?),
+        "disc" => disc(&table.inner("disc", &DISC)?),
+        "segment" => segment(&table.inner("segment", &SEGMENT)?),
+        "polygon" => polygon(table),
         _ => cuboid(&table.inner("box", &BOX)?),
     };
-    Some((name?, shape?))
+    let hits = table.knows("friction");
+    let surface = |name: &str| {
+        if hits {
+            table.optional(name)
+        } else {
+            Some(None)
+        }
+    };
+    let (friction, restitution) = (surface("friction"), surface("restitution"));
+    let motion = if hits { moves(table) } else { Some(None) };
+    Some(Obstacle {
+        name: name?.unwrap_or_default(),
+        shape: shape?,
+        friction: friction?,
+        restitution: restitution?,
+        motion: motion?,
+    })
+}
+
+/// Reads the motion of an obstacle.
+fn moves(table: &Table) -> Option<Option<crate::scene::ClampMotion>> {
+    if !table.has("motion") {
+        return Some(None);
+    }
+    // A turn, which clamps have, is reported as a field that obstacles do not have.
+    let inner = table.inner("motion", &OBSTACLE_MOTION)?;
+    let whole = motion(table)?;
+    inner.has("translate").then_some(whole).or_else(|| {
+        let allowed = "an array of rows [t, x, y] of growing times, or a table of a sine";
+        inner.missing(
+            "translate",
+            allowed,
+            "translate = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1]]",
+        );
+        None
+    })
+}
+
+/// Reads the shape of a body.
+pub(super) fn body_shape(table: &Table) -> Option<Option<BodyShape>> {
+    let allowed = "\"point\", or a table such as { ball = 0.04 }";
+    table.maybe("shape", |field, value| {
+        if value.get_ref().is_table() {
+            let shape = table.reader.table(field, value, &BODY_SHAPE, allowed)?;
+            return shape.number("ball").map(BodyShape::Ball);
+        }
+        let words = [("point", BodyShape::Point)];
+        table.reader.choice(field, value, &words, allowed)
+    })
+}
+
+/// Reads `[contact]`.
+pub(super) fn contact(table: &Table) -> Option<ContactRules> {
+    let (friction, restitution) = (table.number("friction"), table.number("restitution"));
+    let laws = [ImpactLaw::Stronge, ImpactLaw::Poisson, ImpactLaw::Newton];
+    let law = table.word("law", &laws);
+    let rods = table.word("rods", &[RodsInContact::All, RodsInContact::None]);
+    let settle_speed = table.optional("settle_speed");
+    Some(ContactRules {
+        friction: friction?,
+        restitution: restitution?,
+        law: law?,
+        rods: rods?,
+        settle_speed: settle_speed?,
+    })
+}
+
+/// True if a motion can follow the contacts of the scene; otherwise reports why not, at `[[obstacle]]`.
+pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
+    if scene.obstacles.is_empty() || !scene.is_motion() {
+        return true;
+    }
+    let run = scene.run.as_ref();
+    let rod = &scene.rod;
+    let (allowed, hint) = if rod.is_heavy() {
+        (
+            "left out where the rod has inertia = \"full\"",
+            "contact is followed of bodies on rods without mass: write inertia = \"none\"",
+        )
+    } else if rod.damping.is_some() {
+        (
+            "left out where the rod has damping",
+            "contact is followed of bodies on elastic rods: leave out rod.damping",
+        )
+    } else if scene.clamp.motion.is_some() {
+        (
+            "left out where the clamp moves",
+            "an obstacle may move in its place: write `motion` in [[obstacle]], and leave out clamp.motion",
+        )
+    } else if scene.is_loaded_along() {
+        (
+            "left out where the rod bears a load along it",
+            "leave out the rod's mass, loads.distributed and [[load]] on the rod",
+        )
+    } else if run.is_some_and(|run| run.landing == LandingRule::All) {
+        (
+            "left out where run.landing = \"all\"",
+            "a run among obstacles follows one landing: write another rule",
+        )
+    } else if run.is_some_and(|run| run.method == crate::scene::Method::Symmetric) {
+        (
+            "left out where run.method = \"symmetric\"",
+            "impacts are not reversible: leave out run.method",
+        )
+    } else {
+        let ball = scene.body.as_ref().and_then(|body| body.shape);
+        let rubs = |obstacle: &Obstacle| obstacle.friction.unwrap_or(scene.contact.friction) > 0.0;
+        if matches!(ball, Some(BodyShape::Ball(_))) && scene.obstacles.iter().any(rubs) {
+            let hint = "the body of a rod in the plane is a point that does not turn, and friction would turn a ball; write shape = \"point\", or friction = 0";
+            top.fault(
+                FaultKind::Conflict,
+                "obstacle",
+                "without friction where body.shape is a ball",
+                hint,
+            );
+            return false;
+        }
+        return true;
+    };
+    top.fault(FaultKind::Conflict, "obstacle", allowed, hint);
+    false
+}
+
+fn disc(table: &Table) -> Option<ObstacleShape> {
+    let (centre, radius) = (table.vector("centre"), table.number("radius"));
+    let inside = table.flag("inside");
+    Some(ObstacleShape::Disc {
+        centre: centre?,
+        radius: radius?,
+        inside: inside?,
+    })
+}
+
+fn segment(table: &Table) -> Option<ObstacleShape> {
+    let (from, to) = (table.vector("from"), table.vector("to"));
+    let radius = table.number("radius");
+    let (from, to, radius) = (from?, to?, radius?);
+    if from == to {
+        let name = if table.has("to") { "to" } else { "from" };
+        let hint = "with one point it is a disc: write disc = { centre = .., radius = .. }";
+        if !table.has(name) {
+            table.missing("to", "another point than `from`", "to = [0.0, 1.0]");
+            return None;
+        }
+        let allowed = "another point than the other end";
+        return table.refuse(FaultKind::Value, name, allowed, hint);
+    }
+    Some(ObstacleShape::Segment { from, to, radius })
+}
+
+fn polygon(table: &Table) -> Option<ObstacleShape> {
+    let reader = table.reader;
+    let allowed = "corners [x, y] of a convex polygon, from 3 to 250, either way round";
+    let corners = table.maybe("polygon", |field, value| {
+        let corner = |field: &str, value| reader.vector::<2>(field, value, &FINITE);
+        let corners: Vec<[f64; 2]> = reader.all(field, value, allowed, &corner)?;
+        let points: Vec<Vector2<f64>> = corners.iter().copied().map(Vector2::from).collect();
+        match obstacle::Obstacle::polygon(&points) {
+            Ok(_) => Some(corners),
+            Err(why) => reader.refuse(FaultKind::Value, field, value, allowed, why.to_string()),
+        }
+    });
+    corners?.map(ObstacleShape::Polygon)
 }
 
 fn plane(table: &Table) -> Option<ObstacleShape> {

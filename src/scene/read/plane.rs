@@ -2,7 +2,7 @@
 
 use super::reader::Reader;
 use super::table::Table;
-use crate::scene::{AssemblyScene, FaultKind, Scene, Site, SiteJoint};
+use crate::scene::{AssemblyScene, FaultKind, Scene, Section, Site, SiteJoint, Stiffness};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Largest sine of an angle to the plane, and largest relative distance from the plane, that count as 0.
@@ -16,6 +16,30 @@ pub(in crate::scene) fn normal_director(site: &Site, normal: [f64; 3]) -> Option
     (0..2)
         .find(|k| seen[*k].abs() >= 1.0 - FLAT)
         .map(|k| (k, seen[k] > 0.0))
+}
+
+/// Stiffness out of the plane, and in torsion, over that in the plane, of a rod in motion that is given by its one
+/// bending stiffness.
+const FLAT_ROD: f64 = 10.0;
+
+/// Makes a planar assembly in motion one in space: what starts in a plane stays there. `rods` are the tables of the
+/// rods.
+pub(super) fn lift(assembly: &mut AssemblyScene, rods: &[Table]) {
+    let Some(normal) = assembly.plane.take() else {
+        return;
+    };
+    for (rod, table) in assembly.rods.iter_mut().zip(rods) {
+        let is_bare = table.has("bending_stiffness");
+        let director = normal_director(&rod.from, normal);
+        if let (true, Some((k, _)), Section::Diagonal(law)) =
+            (is_bare, director, &mut rod.rod.section)
+            && let Stiffness::Elastic(along) = &law.bending[k]
+            && let Some(stiffness) = along.constant()
+        {
+            law.bending[1 - k] = (FLAT_ROD * stiffness).into();
+            law.torsion = (FLAT_ROD * stiffness).into();
+        }
+    }
 }
 
 /// Reports what leaves the plane of the scene; true if nothing does.
@@ -34,17 +58,6 @@ pub(super) fn lies_in_plane(
         flat = false;
         reader.record(FaultKind::Conflict, at, &field, None, allowed, hint);
     };
-    if scene.run.is_some() {
-        let hint =
-            "a motion in space that starts in a plane stays there: leave plane out".to_owned();
-        refuse(
-            top.reader,
-            top.at,
-            "plane".to_owned(),
-            "left out of a scene with [run]",
-            hint,
-        );
-    }
     if !assembly.free.is_empty() {
         let hint = "leave out plane, or the rods with to = \"free\"".to_owned();
         refuse(
@@ -174,14 +187,26 @@ pub(super) fn lies_in_plane(
             }
         }
         let load = rod.distributed.on(rod.rod.length);
-        for listed in rod.rod.loads.iter().filter(|load| across(load.force)) {
-            refuse(
-                table.reader,
-                table.at,
-                format!("load[{}].force", listed.number),
-                in_plane,
-                "plane is the normal of the plane".to_owned(),
-            );
+        for listed in &rod.rod.loads {
+            let field = |name: &str| format!("load[{}].{name}", listed.number);
+            let (reader, at) = (table.reader, table.at);
+            // Along the directors, the one along the normal counts.
+            let normal = directors[0].filter(|_| listed.follows);
+            let leaves = |x: [f64; 3]| normal.map_or_else(|| across(x), |(k, _)| x[k] != 0.0);
+            if leaves(listed.force) {
+                let why = "plane is the normal of the plane".to_owned();
+                refuse(reader, at, field("force"), in_plane, why);
+            }
+            let beside = |x: [f64; 3]| {
+                let whole = Vector3::from(x);
+                let normal = normal.map_or(n, |(k, _)| Vector3::ith(k, 1.0));
+                (whole - normal * normal.dot(&whole)).norm() > FLAT * whole.norm()
+            };
+            if beside(listed.couple) {
+                let allowed = "along the normal of the plane";
+                let why = "another couple would twist the rod, or bend it out of the plane";
+                refuse(reader, at, field("couple"), allowed, why.to_owned());
+            }
         }
         let beside = |f: &Vector3<f64>| {
             if across((*f).into()) {
@@ -219,6 +244,16 @@ pub(super) fn lies_in_plane(
                 "couple",
                 "along the normal of the plane",
                 "another couple turns the body out of the plane",
+            );
+        }
+        if across(body.velocity) {
+            wrong("velocity", in_plane, "plane is the normal of the plane");
+        }
+        if along(body.angular_velocity) {
+            wrong(
+                "angular_velocity",
+                "along the normal of the plane",
+                "another spin turns the body out of the plane",
             );
         }
         if body.groove.is_some() {

@@ -1,34 +1,46 @@
-//! Reader of unloaded shapes by their geometry: a helix, or an arc of a circle.
+//! Reader of unloaded shapes by their geometry: a helix, an arc of a circle, or a curve through points.
 
-use super::fields::{ARC, COIL};
+use super::fields::{ARC, CENTRELINE, COIL};
+use super::load_file::{Columns, columns, rows};
 use super::phrases::Short;
-use super::table::Table;
+use super::ranges::VALUE;
+use super::table::{Absent, Table};
 use crate::scene::{FaultKind, Rest};
+use crate::section::Centreline;
+use nalgebra::Vector3;
 use std::f64::consts::TAU;
+use toml::Spanned;
+use toml::de::DeValue;
 
 /// Relative difference of lengths that count as equal: people round.
 const AGREE: f64 = 1e-6;
+/// Relative difference of the length of the rod from that of a curve through points, up to which the curve is scaled.
+const SCALED: f64 = 0.02;
+/// Columns of a file of points.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// An unloaded shape.
 pub(super) struct RestShape {
     pub rest: Rest,
     /// Length of a rod of this shape.
     pub length: f64,
+    /// The curve through given points, if the shape is one.
+    pub centreline: Option<Centreline>,
 }
 
-/// Reads `helix` or `arc` of `[rod.rest]`. The result is `Some(None)` without either. A given length of the rod must
-/// agree with the shape.
+/// Reads `helix`, `arc` or `centreline` of `[rod.rest]`. The result is `Some(None)` without these. A given length of
+/// the rod must agree with the shape.
 pub(super) fn rest_shape(
     rod: &Table,
     table: &Table,
     length: Option<f64>,
 ) -> Option<Option<RestShape>> {
-    let given = table.given(&["helix", "arc"]);
+    let given = table.given(&["helix", "arc", "centreline"]);
     let Some(name) = given.first().copied() else {
         return Some(None);
     };
     let mut alone = true;
-    for other in table.given(&["arc", "curvature", "twist"]) {
+    for other in table.given(&["arc", "centreline", "curvature", "twist"]) {
         if other != name {
             let hint = "a shape says all strains of the unloaded rod: keep one of them";
             table.conflict(other, &[name], hint);
@@ -37,6 +49,7 @@ pub(super) fn rest_shape(
     }
     let shape = match name {
         "helix" => helix(rod, table, length),
+        "centreline" => centreline(rod, table, length),
         _ => arc(rod, table, length),
     };
     shape.filter(|_| alone).map(Some)
@@ -88,7 +101,11 @@ fn helix(rod: &Table, rest: &Table, length: Option<f64>) -> Option<RestShape> {
         }
     };
     let rest = strains(radius / turn / turn, rise / turn / turn);
-    Some(RestShape { rest, length })
+    Some(RestShape {
+        rest,
+        length,
+        centreline: None,
+    })
 }
 
 fn arc(rod: &Table, rest: &Table, length: Option<f64>) -> Option<RestShape> {
@@ -130,5 +147,117 @@ fn arc(rod: &Table, rest: &Table, length: Option<f64>) -> Option<RestShape> {
         }
     };
     let rest = strains(curvature, 0.0);
-    Some(RestShape { rest, length })
+    Some(RestShape {
+        rest,
+        length,
+        centreline: None,
+    })
+}
+
+/// A curve through or near points.
+fn centreline(rod: &Table, rest: &Table, length: Option<f64>) -> Option<RestShape> {
+    let (field, value) = (rest.field("centreline"), rest.get("centreline")?);
+    let reader = rest.reader;
+    let mut pieces = None;
+    let (mut normal, mut twist) = (None, 0.0);
+    let names: Vec<String> = AXES.iter().map(|name| (*name).to_owned()).collect();
+    let points = match value.get_ref() {
+        DeValue::String(_) => from_file(rest, &field, value, &names)?,
+        DeValue::Array(_) => listed(rest, &field, value)?,
+        _ => {
+            let allowed = "a name of a file, rows [x, y, z], or a table such as { file = \"curve.csv\", normal = [0.0, 0.0, 1.0] }";
+            let table = reader.table(&field, value, &CENTRELINE, allowed)?;
+            let columns = columns(&table, &AXES, "3 columns");
+            let normal_given = if table.has("normal") {
+                table.vector("normal").map(Some)
+            } else {
+                Some(None)
+            };
+            let count = if table.has("pieces") {
+                table.count("pieces").map(Some)
+            } else {
+                Some(None)
+            };
+            let (turn, columns) = (table.number("twist"), columns?);
+            let points = match table.given(&["file", "points"]).as_slice() {
+                ["file"] => {
+                    table.read("file", "a name in quotes", Absent::Fault, |field, value| {
+                        from_file(&table, field, value, &columns)
+                    })
+                }
+                ["points"] => table.read("points", ROWS, Absent::Fault, |field, value| {
+                    listed(&table, field, value)
+                }),
+                [] => {
+                    let allowed = "the name of a file; or points, rows [x, y, z]";
+                    table.missing("file", allowed, "file = \"curve.csv\"");
+                    None
+                }
+                _ => {
+                    table.conflict("points", &["file"], "keep one of them");
+                    None
+                }
+            };
+            (pieces, normal, twist) = (count?, normal_given?, turn?);
+            points?
+        }
+    };
+    let made = Centreline::new(&points, pieces, normal.map(Vector3::from), twist);
+    let (centreline, found) = match made {
+        Ok(made) => made,
+        Err(why) => {
+            let allowed = "4 points or more of a smooth curve";
+            return reader.refuse(FaultKind::Value, &field, value, allowed, why.to_string());
+        }
+    };
+    let own = centreline.length;
+    let length = match length {
+        Some(length) if !((length - own).abs() <= SCALED * own) => {
+            let allowed = format!("{}, the length of the curve, to two percent", Short(own));
+            let hint = "the curve of `centreline` is longer or shorter: leave the length out, or scale the points";
+            return rod.refuse(FaultKind::Conflict, "length", allowed, hint);
+        }
+        Some(length) => length,
+        None => own,
+    };
+    // A rod of another length has the same shape, a little larger or smaller.
+    let factor = length / own;
+    let scaled = |along: crate::section::Along| along.stretched(factor).times(factor.recip());
+    let rest = Rest {
+        curvature: found.curvature.map(scaled),
+        twist: scaled(found.twist),
+    };
+    Some(RestShape {
+        rest,
+        length,
+        centreline: Some(centreline),
+    })
+}
+
+/// Words for a list of points.
+const ROWS: &str = "4 rows [x, y, z] or more";
+
+fn listed(table: &Table, field: &str, value: &Spanned<DeValue>) -> Option<Vec<Vector3<f64>>> {
+    let reader = table.reader;
+    let row = |field: &str, value: &Spanned<DeValue>| {
+        let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
+        reader.array(field, value, "a row [x, y, z]", &number)
+    };
+    let rows: Vec<[f64; 3]> = reader.all(field, value, ROWS, &row)?;
+    Some(rows.into_iter().map(Vector3::from).collect())
+}
+
+fn from_file(
+    table: &Table,
+    field: &str,
+    value: &Spanned<DeValue>,
+    names: &[String],
+) -> Option<Vec<Vector3<f64>>> {
+    let kind = Columns { names, grow: false };
+    let rows = rows(table, field, value, &kind)?;
+    Some(
+        rows.iter()
+            .map(|row| Vector3::from_column_slice(row))
+            .collect(),
+    )
 }

@@ -11,6 +11,7 @@ use crate::scene::{
     Bends, Damping, Diagonal, Drive, FaultKind, Inertia, Material, Maxwell, Model, Outline, Rest,
     Rod, Section, ShapeSettings, Stiffness, StrainMatrix, Tendon,
 };
+use crate::section::Centreline;
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -77,6 +78,7 @@ pub(super) struct RodParts {
     mass: Option<Option<f64>>,
     inertia: Option<Option<Inertia>>,
     section_inertia: Option<Option<[f64; 3]>>,
+    centreline: Option<Centreline>,
 }
 
 impl RodParts {
@@ -100,6 +102,7 @@ impl RodParts {
             inertia: self.inertia?,
             inertia_chosen: false,
             section_inertia: self.section_inertia?,
+            centreline: self.centreline.clone(),
         })
     }
 
@@ -153,6 +156,10 @@ pub(super) fn rod(table: &Table) -> RodParts {
         }
         (Some(Bends::Weak), spatial_section(table, length, material))
     };
+    let centreline = shape
+        .iter()
+        .flatten()
+        .find_map(|shape| shape.centreline.clone());
     let rest = match unloaded {
         Some(inner) => inner.and_then(|inner| {
             let rest = match shape? {
@@ -227,6 +234,7 @@ pub(super) fn rod(table: &Table) -> RodParts {
         mass,
         inertia,
         section_inertia,
+        centreline,
     }
 }
 

@@ -90,6 +90,13 @@ pub(super) fn site(
     let motion = site_motion(&table, moves);
     let joint = joint(&table);
     let (body, position, joint, motion) = (body?, position?, joint?, motion?);
+    // A point mass turns nothing: without a joint in the scene the end of the rod is free to turn.
+    let on_point = body.as_ref().is_some_and(|(_, body)| bodies.points[*body]);
+    let joint = if on_point && !table.has("joint") {
+        SiteJoint::Ball
+    } else {
+        joint
+    };
     if let Some((name, _)) = body.as_ref().filter(|(_, body)| bodies.points[*body]) {
         let hint = format!(
             "{name:?} is a point mass, and an end on it is free to turn; a body with `inertia` can hold the rod"
@@ -102,16 +109,7 @@ pub(super) fn site(
             return table.refuse(FaultKind::Conflict, "body", allowed, hint);
         }
         if joint != SiteJoint::Ball {
-            if table.has("joint") {
-                table.fault(FaultKind::Conflict, "joint", "\"ball\"", hint.clone())
-            } else {
-                rod.fault(
-                    FaultKind::Conflict,
-                    which,
-                    "with joint = \"ball\"",
-                    hint.clone(),
-                )
-            }
+            table.fault(FaultKind::Conflict, "joint", "\"ball\"", hint.clone());
             return None;
         }
         if position != [0.0; 3] {

@@ -8,10 +8,11 @@ use super::fields::{
     ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, ROD, RUN, SOLVE, SPACE, START,
     STATICS, Spec, TOP,
 };
+use super::jointed::EndJoints;
 use super::kind::scene_kind;
 use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::loads;
-use super::obstacle::obstacles;
+use super::obstacle::{CONTACT, can_be_followed, contact, obstacles};
 use super::reader::Reader;
 use super::rod::{RodTraits, rod};
 use super::run::{run, solve};
@@ -21,7 +22,9 @@ use super::station::stations;
 use super::table::{Absent, Table};
 use super::tendon::is_driven_as_known;
 use crate::scene::lower::heavy_in_space;
-use crate::scene::{Clamp, End, FaultKind, Faults, Loads, Scene, SceneKind, Solve, Start, Units};
+use crate::scene::{
+    Clamp, ContactRules, End, FaultKind, Faults, Loads, Scene, SceneKind, Solve, Start, Units,
+};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -70,11 +73,15 @@ fn resolve(top: &Table) -> Option<Scene> {
     };
     let clamp_table = clamp_table.flatten();
     let body_table = part(top, &BODY);
+    let joints = EndJoints::read(
+        clamp_table.as_ref(),
+        body_table.as_ref().and_then(Option::as_ref),
+    );
     let body_is_read = body_table.is_some();
     let body_table = body_table.flatten();
     let (weld, body) = match &body_table {
         Some(table) => {
-            let (weld, body) = body(table);
+            let (weld, body) = body(table, joints.holds_body());
             (weld, body.map(Some))
         }
         None if !body_is_read => (None, None),
@@ -140,6 +147,7 @@ fn resolve(top: &Table) -> Option<Scene> {
     let rods: Vec<(&str, f64)> = length.map(|length| ("", length)).into_iter().collect();
     let stations = stations(top, &rods, &[]);
     let obstacles = obstacles(top);
+    let rules = default(part(top, &CONTACT), ContactRules::default(), contact);
     let run = part(top, &RUN)
         .flatten()
         .and_then(|table| run(&table, memory));
@@ -165,6 +173,7 @@ fn resolve(top: &Table) -> Option<Scene> {
             loads,
             stations: stations?,
             obstacles: obstacles?,
+            contact: rules?,
             run: Some(run).filter(|run| run.is_some() == motion)?,
             solve: solve?,
             continuation: None,
@@ -175,10 +184,21 @@ fn resolve(top: &Table) -> Option<Scene> {
     let follow = default(part(top, &CONTINUE), None, |table| {
         continuation(table, scene.as_ref()).map(Some)
     });
-    let (mut scene, follow) = (scene?, follow?);
+    let (mut scene, follow, jointed) = (scene?, follow?, joints.are_any()?);
     scene.continuation = follow;
+    let at = rod_table.as_ref().and_then(Option::as_ref);
+    if !can_be_built(top, at.map_or(0, |table| table.at), &scene) {
+        return None;
+    }
+    if jointed {
+        scene = joints.assembly(top, scene)?;
+    }
     if let (true, Some(Some(table))) = (memory.is_some_and(|memory| memory.light), &rod_table)
-        && let Some(why) = scene.not_first_order()
+        && let Some(why) = if scene.is_assembly() {
+            scene.not_first_order_in_assembly(0)
+        } else {
+            scene.not_first_order()
+        }
     {
         let hint = format!(
             "the mass is not followed to first order: {why}; inertia = \"full\" has all of it"
@@ -190,8 +210,7 @@ fn resolve(top: &Table) -> Option<Scene> {
         is_driven_as_known(table, &scene.rod, motion)?;
     }
     scene.choose_inertia();
-    let at = rod_table.flatten().map_or(0, |table| table.at);
-    can_be_built(top, at, &scene).then_some(scene)
+    can_be_followed(top, &scene).then_some(scene)
 }
 
 /// A table of the top. `None`: faulty, or missing but required. `Some(None)`: left out, or not part of this kind of

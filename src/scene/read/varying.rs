@@ -117,6 +117,9 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
         }
         Some(s)
     });
+    if table.has("pieces") {
+        return by_pieces(table, rule, s?);
+    }
     let allowed = "an array of numbers, one for each of s";
     let values = table.read("values", allowed, Absent::Fault, |field, value| {
         let values = reader.numbers(field, value, allowed, rule)?;
@@ -131,6 +134,25 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
     let nodes: Vec<_> = s?.into_iter().zip(values?).collect();
     let value = table.get("s")?;
     made(reader, &table.field("s"), value, Along::table(&nodes))
+}
+
+/// Polynomials between the places `s`, of numbers that may have any sign.
+fn by_pieces(table: &Table, rule: &Rule, s: Vec<f64>) -> Option<Along> {
+    let reader = table.reader;
+    let words = "an array of polynomials [c0, c1, ...], one between each two neighbours of s";
+    if table.has("values") {
+        table.conflict("values", &["pieces"], "keep one of them");
+        return None;
+    }
+    if !(rule.holds)(-1.0) {
+        let hint = "it is for curvature and twist; here give values, or a polynomial";
+        return table.refuse(FaultKind::Conflict, "pieces", "left out here", hint);
+    }
+    table.read("pieces", words, Absent::Fault, |field, value| {
+        let one = |field: &str, value: &_| polynomial(reader, field, value, &VALUE);
+        let pieces: Vec<Vec<f64>> = reader.all(field, value, words, &one)?;
+        made(reader, field, value, Along::pieces_between(&s, pieces))
+    })
 }
 
 /// A point of [0, 1] at which the polynomial is not > 0; `None` if there is no such point.

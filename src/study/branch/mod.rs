@@ -117,6 +117,17 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     };
     let record = match record {
         Some(record) => record,
+        // The two-ended chart has no phase of a free turn in space.
+        None if plane.is_none() && !first.zero_modes(base).is_empty() => {
+            taken = ChosenPath {
+                path: Path::Spatial,
+                why: "the rod turns for nothing about the axis of its clamp, out of every plane: it is solved from its clamp even where it \
+                      is taut"
+                    .to_owned(),
+            };
+            let record = follow_in_chart(scene, wanted, Spatial, base, false, hooks)?;
+            record.ok_or_else(left_chart_error)?
+        }
         None => {
             taken = ChosenPath {
                 path: plane.map_or(Path::Spatial, |_| Path::Planar),
@@ -298,7 +309,12 @@ fn followed(
         })
     };
     let specials = study.located.iter();
-    let specials = specials.map(|at| at.record(None, fold(at))).collect();
+    let specials = specials.map(|at| at.record(None, fold(at)));
+    let leaves = |special: SpecialPoint| SpecialPoint {
+        out_of_plane: subject.is_planar() && special.is_odd_change(),
+        ..special
+    };
+    let specials = specials.map(leaves).collect();
     let pictures = study.watch.hooks.pictures();
     let shapes = |chosen| record::shapes(scene, wanted, subject, &study.rows, chosen);
     Ok(Some(BranchRecord {

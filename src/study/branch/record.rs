@@ -114,6 +114,9 @@ pub struct SpecialPoint {
     pub arclength_precision: f64,
     /// Morse index before and after, in the direction of growing arclength.
     pub index: [Option<usize>; 2],
+    /// True at a change of the index by an odd number that no equation within the plane explains: a branch leaves the
+    /// plane here.
+    pub out_of_plane: bool,
     /// At a fold of a branch: normal form of the dynamics with which a rod of known mass departs.
     pub fold: Option<FoldAtRest>,
 }
@@ -327,6 +330,7 @@ impl Located {
             } else {
                 [before, after]
             },
+            out_of_plane: false,
             fold,
         }
     }
@@ -344,6 +348,13 @@ impl SpecialPoint {
         }
     }
 
+    /// True if the index changes by an odd number where the equations of the branch stay regular.
+    pub(super) fn is_odd_change(&self) -> bool {
+        let jump = self.index[0].zip(self.index[1]);
+        self.kind == SpecialKind::StabilityChange
+            && jump.is_some_and(|(before, after)| before.abs_diff(after) % 2 == 1)
+    }
+
     fn summary(&self) -> Value {
         let status = match &self.doubt {
             Some(_) => "guess",
@@ -352,6 +363,7 @@ impl SpecialPoint {
         let mut object = json!({
             "label": self.label,
             "kind": self.kind_name(),
+            "out_of_plane": self.out_of_plane,
             "status": status,
             "reason": self.doubt,
             "parameter": self.parameter,

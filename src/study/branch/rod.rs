@@ -155,6 +155,10 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         Ok(problem.zero_modes(&problem.rod().outward_wrench(&b)))
     }
 
+    fn is_planar(&self) -> bool {
+        self.chart.is_planar()
+    }
+
     fn columns(&self) -> (Vec<Column>, Column) {
         let units = self.scene.units;
         let energy = Column::reals("energy", units.energy(), "elastic energy of the rod");

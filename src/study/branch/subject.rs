@@ -93,6 +93,11 @@ pub trait Subject {
         Ok(Vec::new())
     }
 
+    /// True if the unknowns keep the rod in a plane, while the index counts unstable directions of space.
+    fn is_planar(&self) -> bool {
+        false
+    }
+
     /// Columns before the index column, and the column after it.
     fn columns(&self) -> (Vec<Column>, Column);
 

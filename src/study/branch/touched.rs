@@ -61,13 +61,7 @@ pub(super) fn branch(
     };
     let start = ContactGuess {
         base: first.base,
-        touches: (first.touches.iter())
-            .map(|touch| GuessedTouch {
-                surface: touch.surface,
-                s: (!touch.at_end).then_some(touch.s),
-                reaction: touch.reaction,
-            })
-            .collect(),
+        touches: (first.touches.iter()).map(GuessedTouch::from).collect(),
     };
     let options = branch_options(scene, wanted, &[], Direction::Forward);
     let interrupted = std::cell::Cell::new(false);
@@ -94,7 +88,7 @@ pub(super) fn branch(
             Ok(ShapeRecord {
                 row,
                 parameter: point.p,
-                unstable: point.equilibrium.index > 0,
+                unstable: point.equilibrium.index.is_some_and(|index| index > 0),
                 sections: at(point.p)?.sections(&point.equilibrium, &places)?,
             })
         };
@@ -148,25 +142,25 @@ pub(super) fn branch(
 }
 
 /// A point of the branch, with the number of an event at the point.
-struct Row<'a> {
+struct NumberedPoint<'a> {
     point: &'a ContactBranchPoint,
     event: Option<usize>,
 }
 
 /// Points and events in the order of the arclength.
-fn rows(found: &ContactBranch) -> Vec<Row<'_>> {
+fn rows(found: &ContactBranch) -> Vec<NumberedPoint<'_>> {
     let own = |point: &&ContactBranchPoint| {
         let same = |event: &ContactEvent| event.point == **point;
         !found.events.iter().any(same)
     };
     let points = found.points.iter().filter(own);
-    let points = points.map(|point| Row { point, event: None });
+    let points = points.map(|point| NumberedPoint { point, event: None });
     let events = found.events.iter().enumerate();
-    let events = events.map(|(k, event)| Row {
+    let events = events.map(|(k, event)| NumberedPoint {
         point: &event.point,
         event: Some(k),
     });
-    let mut rows: Vec<Row<'_>> = points.chain(events).collect();
+    let mut rows: Vec<NumberedPoint<'_>> = points.chain(events).collect();
     rows.sort_by(|a, b| a.point.arclength.total_cmp(&b.point.arclength));
     rows
 }
@@ -178,6 +172,9 @@ fn letters(kind: ContactEventKind) -> &'static str {
         ContactEventKind::Release => "RC",
         ContactEventKind::EndSlides => "ES",
         ContactEventKind::Line => "LC",
+        ContactEventKind::Point => "PC",
+        ContactEventKind::LineLifts => "LL",
+        ContactEventKind::LineAtEnd => "LE",
         ContactEventKind::SlipOff => "SO",
         ContactEventKind::Corner => "CF",
         ContactEventKind::Fold => "LP",
@@ -225,6 +222,7 @@ fn specials(scene: &Scene, found: &ContactBranch) -> Vec<SpecialPoint> {
             first_precision: None,
             arclength_precision: f64::NAN,
             index: [event.index.0, event.index.1],
+            out_of_plane: false,
             fold: None,
         }
     };
@@ -245,7 +243,7 @@ fn described_end(wanted: &Continue, found: &ContactBranch) -> (bool, String) {
 fn table(
     scene: &Scene,
     wanted: &Continue,
-    rows: &[Row<'_>],
+    rows: &[NumberedPoint<'_>],
     found: &ContactBranch,
 ) -> Result<Table> {
     let units = scene.units;

@@ -277,8 +277,8 @@ impl Fit {
             evaluations += 1;
             match self.model(at, hooks) {
                 Ok(model) => Ok(Some(self.residuals(&model, &noise))),
-                Err(Fault::Fatal(error)) => Err(error),
-                Err(Fault::NoRun(_)) => Ok(None),
+                Err(ModelFault::Fatal(error)) => Err(error),
+                Err(ModelFault::NoRun(_)) => Ok(None),
             }
         })?;
         Ok(least.map(|least| SearchEnd {
@@ -305,8 +305,8 @@ impl Fit {
         let best = found.iter().min_by(|a, b| square(a).total_cmp(&square(b)));
         let Some(mut best) = best.cloned() else {
             let why = match self.model(&self.start(0, 0), hooks) {
-                Err(Fault::Fatal(error)) => return Err(error),
-                Err(Fault::NoRun(why)) => why,
+                Err(ModelFault::Fatal(error)) => return Err(error),
+                Err(ModelFault::NoRun(why)) => why,
                 Ok(_) => "elsewhere it can".to_owned(),
             };
             return Err(Error::domain(format!(
@@ -338,8 +338,8 @@ impl Fit {
         }
         let model = match self.model(&best.least.at, hooks) {
             Ok(model) => model,
-            Err(Fault::Fatal(error)) => return Err(error),
-            Err(Fault::NoRun(why)) => return Err(Error::domain(why)),
+            Err(ModelFault::Fatal(error)) => return Err(error),
+            Err(ModelFault::NoRun(why)) => return Err(Error::domain(why)),
         };
         let between = self.between(&best.least.at, hooks);
         let effort = [starts, agreeing, evaluations + 2];
@@ -398,9 +398,9 @@ impl Fit {
         &self,
         at: &[f64],
         hooks: &mut dyn Hooks,
-    ) -> std::result::Result<Vec<Vec<f64>>, Fault> {
+    ) -> std::result::Result<Vec<Vec<f64>>, ModelFault> {
         if hooks.interrupted() {
-            return Err(Fault::interrupted());
+            return Err(ModelFault::interrupted());
         }
         let free = self.values(at);
         let Some(time) = self.time else {
@@ -408,14 +408,14 @@ impl Fit {
         };
         let times: Vec<f64> = self.data.column(time).collect();
         let table = self.trajectory(&free, &times, hooks)?;
-        let columns = self.over_time(&table).map_err(Fault::Fatal)?;
+        let columns = self.over_time(&table).map_err(ModelFault::Fatal)?;
         let columns: Vec<Vec<f64>> = columns.into_iter().map(|(_, x)| x.to_vec()).collect();
         self.is_told(&columns)?;
         Ok(columns)
     }
 
     /// Error if the trajectory has no number at a measured value.
-    fn is_told(&self, columns: &[Vec<f64>]) -> std::result::Result<(), Fault> {
+    fn is_told(&self, columns: &[Vec<f64>]) -> std::result::Result<(), ModelFault> {
         let Some(time) = self.time else {
             return Ok(());
         };
@@ -425,7 +425,7 @@ impl Fit {
             };
             if let Some((one, _)) = self.compared.iter().zip(columns).find(missing) {
                 let name = &self.data.names[one.place];
-                return Err(Fault::NoRun(format!(
+                return Err(ModelFault::NoRun(format!(
                     "row {number} of the data, {TIME} = {}: the trajectory has no number {name} then, as lam of a rod with friction or mass where it is near \
                      no equilibrium; leave the cell empty, or the column out",
                     row[time]
@@ -456,9 +456,9 @@ impl Fit {
         self.trajectory(&self.values(at), &times, hooks).ok()
     }
 
-    fn scene(&self, free: &[String]) -> std::result::Result<Scene, Fault> {
+    fn scene(&self, free: &[String]) -> std::result::Result<Scene, ModelFault> {
         let all: Vec<&str> = self.set.iter().chain(free).map(String::as_str).collect();
-        Scene::parse_with(&self.scene, &all).map_err(|faults| Fault::NoRun(faults.to_string()))
+        Scene::parse_with(&self.scene, &all).map_err(|faults| ModelFault::NoRun(faults.to_string()))
     }
 
     /// Trajectory at these times.
@@ -467,7 +467,7 @@ impl Fit {
         free: &[String],
         times: &[f64],
         hooks: &mut dyn Hooks,
-    ) -> std::result::Result<Table, Fault> {
+    ) -> std::result::Result<Table, ModelFault> {
         let mut scene = self.scene(free)?;
         if let Some(run) = &mut scene.run {
             let last = times.iter().copied().fold(0.0, f64::max);
@@ -475,9 +475,9 @@ impl Fit {
         }
         let table = dispatch::samples(&scene, times, &mut Quiet(hooks));
         if hooks.interrupted() {
-            return Err(Fault::interrupted());
+            return Err(ModelFault::interrupted());
         }
-        table.map_err(|e| Fault::NoRun(e.to_string()))
+        table.map_err(|e| ModelFault::NoRun(e.to_string()))
     }
 
     /// Compared columns of a trajectory.
@@ -508,7 +508,7 @@ impl Fit {
         &self,
         free: &[String],
         hooks: &mut dyn Hooks,
-    ) -> std::result::Result<Vec<Vec<f64>>, Fault> {
+    ) -> std::result::Result<Vec<Vec<f64>>, ModelFault> {
         let mut model = vec![Vec::with_capacity(self.data.rows.len()); self.compared.len()];
         let settings = self.data.rows.iter().map(|row| {
             let given = self.given.iter();
@@ -547,12 +547,12 @@ impl Fit {
         scene: &Scene,
         asked: &[bool],
         hooks: &mut dyn Hooks,
-    ) -> std::result::Result<Vec<f64>, Fault> {
+    ) -> std::result::Result<Vec<f64>, ModelFault> {
         let names = || {
             let each = self.compared.iter().zip(asked);
             each.map(|(one, asked)| (self.data.names[one.place].as_str(), *asked))
         };
-        let no_run = |e: Error| Fault::NoRun(e.to_string());
+        let no_run = |e: Error| ModelFault::NoRun(e.to_string());
         let small = if names().any(|(name, asked)| asked && name.starts_with(MODES)) {
             Some(modes(scene).map_err(no_run)?.summary())
         } else {
@@ -565,13 +565,13 @@ impl Fit {
             None
         };
         if hooks.interrupted() {
-            return Err(Fault::interrupted());
+            return Err(ModelFault::interrupted());
         }
         let each = names().map(|(name, asked)| {
             let found = match name.strip_prefix(MODES) {
                 Some(path) => small.as_ref().map(|small| cell(small, path)),
                 None => match summary.as_ref().map(|summary| quantity(summary, name)) {
-                    Some(Err(absence)) if asked => return Err(Fault::NoRun(absence)),
+                    Some(Err(absence)) if asked => return Err(ModelFault::NoRun(absence)),
                     found => found.and_then(Result::ok),
                 },
             };
@@ -580,7 +580,7 @@ impl Fit {
                 Some(Cell::Integer(n)) => Ok(n as f64),
                 _ if !asked => Ok(f64::NAN),
                 // An early end of the run removes events present in other runs.
-                _ => Err(Fault::NoRun(format!(
+                _ => Err(ModelFault::NoRun(format!(
                     "what comes of the scene has no number {name}; names are those of summary.json, `events.` of events.json and `modes.` of \
                      `snaprod modes --json`; a column that is a field of the scene is named by --given"
                 ))),
@@ -591,14 +591,14 @@ impl Fit {
 }
 
 /// Reason for a missing model at a point.
-enum Fault {
+enum ModelFault {
     /// The search tries another point.
     NoRun(String),
     /// The search ends.
     Fatal(Error),
 }
 
-impl Fault {
+impl ModelFault {
     fn interrupted() -> Self {
         Self::Fatal(Error::domain("the fit was interrupted"))
     }

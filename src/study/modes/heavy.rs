@@ -29,7 +29,7 @@ const CONVERGED: f64 = 1e-9;
 
 /// The equilibrium of small motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Rest {
+enum ModesAtRest {
     /// The one near the start under the loads.
     Settled,
     /// The start if in equilibrium, stable or not; otherwise the settled state.
@@ -42,13 +42,13 @@ enum Rest {
 struct Task<'a> {
     given: HeavyAssembly,
     start: HeavyStart<'a>,
-    rest: Rest,
+    rest: ModesAtRest,
     /// Frame of the rods in the world, and their units.
     outward: ToSceneUnits<'a>,
 }
 
 /// Rods at rest, with their vibrations.
-struct Found {
+struct HeavyModes {
     assembly: HeavyAssembly,
     y: DVector<f64>,
     /// True if the equilibrium is that of the start.
@@ -65,9 +65,11 @@ pub(super) fn of_rod(scene: &Scene) -> Result<(SmallMotions, bool)> {
     still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;
     let rest = match still.start.place {
-        _ if scene.clamp.free => Rest::Unloaded,
-        InitialShape::Settled { .. } => Rest::Settled,
-        _ => Rest::StartOrSettled,
+        _ if scene.clamp.free => ModesAtRest::Unloaded,
+        InitialShape::Settled { .. } => ModesAtRest::Settled,
+        // Without a start the rod is let go, as an assembly is.
+        InitialShape::Strain { ref strain } if strain.is_unloaded() => ModesAtRest::Settled,
+        _ => ModesAtRest::StartOrSettled,
     };
     let described = |given, start, mut clamp: Isometry3<f64>| {
         clamp.translation.vector *= scales.length;
@@ -115,9 +117,9 @@ pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
         start: setup.heavy_start(&now)?,
         given,
         rest: if settled {
-            Rest::Settled
+            ModesAtRest::Settled
         } else {
-            Rest::Unloaded
+            ModesAtRest::Unloaded
         },
         outward: ToSceneUnits {
             clamp: Isometry3::identity(),
@@ -136,10 +138,10 @@ impl Task<'_> {
         let rods = given.links.iter().map(|link| &link.rod.given);
         let width = rods.map(|rod| (rod.breaks().len() + 1) * rod.law.active().len());
         let (found, change) = self.converged(width.sum())?;
-        let Found {
+        let HeavyModes {
             assembly, y, modes, ..
         } = &found;
-        if self.rest == Rest::Unloaded {
+        if self.rest == ModesAtRest::Unloaded {
             rests(&found)?;
         }
         let bodies = assembly.bodies();
@@ -188,7 +190,7 @@ impl Task<'_> {
 
     /// Vibrations on the first grid of nodes that resolves them, with the last change of a squared frequency
     /// ([`SmallMotions::change`]). There are `width` coordinates per node.
-    fn converged(&self, width: usize) -> Result<(Found, f64)> {
+    fn converged(&self, width: usize) -> Result<(HeavyModes, f64)> {
         let most = MAX_COORDINATES;
         let mut nodes = if more(FIRST_NODES) * width > most {
             COARSE
@@ -209,17 +211,17 @@ impl Task<'_> {
         }
     }
 
-    fn at_nodes(&self, nodes: usize) -> Result<Found> {
+    fn at_nodes(&self, nodes: usize) -> Result<HeavyModes> {
         let elements = self.given.links.iter();
         let elements = elements.map(|link| link.rod.given.breaks().len() + 1);
         let counts = vec![nodes; elements.sum()];
         let (assembly, mut y) = self.start.at_nodes(&self.given, &counts)?;
         let mut of_start = true;
-        if self.rest != Rest::Unloaded {
+        if self.rest != ModesAtRest::Unloaded {
             let left = assembly.unbalanced(&y).ok_or_else(|| {
                 Error::domain("[start]: the strains are outside the law's domain")
             })?;
-            let settles = self.rest == Rest::Settled;
+            let settles = self.rest == ModesAtRest::Settled;
             of_start = settles || left <= BALANCED;
             if settles || left > 1e-3 * BALANCED {
                 y = assembly.settled(&y).map_err(|why| why.context("[start]"))?;
@@ -228,7 +230,7 @@ impl Task<'_> {
         let mut modes = assembly.vibrations(&y, COUNT + RIGID * assembly.carriers.len())?;
         let free = modes.iter().filter(|mode| mode.square == 0.0).count();
         modes.truncate(COUNT + free);
-        Ok(Found {
+        Ok(HeavyModes {
             assembly,
             y,
             of_start,
@@ -238,7 +240,7 @@ impl Task<'_> {
 }
 
 /// Error if the loads strain the unloaded rods of a free assembly.
-fn rests(found: &Found) -> Result<()> {
+fn rests(found: &HeavyModes) -> Result<()> {
     let strains = found.assembly.strained(&found.y, &found.modes)?;
     if strains <= BALANCED {
         Ok(())

@@ -153,6 +153,7 @@ const BALANCED: f64 = 1e-6;
 /// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the
 /// rod is infinitely stiff.
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
+    scene.has_no_obstacles()?;
     let heavy = scene.rod.is_heavy();
     let found = match (scene.assembly(), scene.is_planar()) {
         (Some(_), _) if heavy => heavy::of_assembly(scene),

@@ -14,7 +14,7 @@ pub(super) const ALONG: f64 = 1e-13;
 
 /// A rod of known mass.
 #[derive(Debug, Clone)]
-struct RodOfKnownMass {
+struct NeglectedRod {
     massive: Massive,
     /// Entry of the record, without its numbers.
     told: RodMass,
@@ -26,7 +26,7 @@ pub(in crate::study) struct RodsAtRest {
     assembly: Assembly,
     now: Configuration,
     /// By index of the rod; `None` for unknown mass.
-    rods: Vec<Option<RodOfKnownMass>>,
+    rods: Vec<Option<NeglectedRod>>,
     time: f64,
     /// Mass effects of the rods.
     pub mass: MassEffect,
@@ -81,7 +81,7 @@ impl RodsAtRest {
         now: Configuration,
         scales: &Scales,
     ) -> Result<Self> {
-        let rods: Vec<Option<RodOfKnownMass>> = (0..assembly.links().len())
+        let rods: Vec<Option<NeglectedRod>> = (0..assembly.links().len())
             .map(|k| {
                 // Joints with axes change the vibrations of a rod.
                 if assembly.is_jointed(k) {
@@ -91,7 +91,7 @@ impl RodsAtRest {
                 let Some(massive) = rod.massive(assembly.links()[k].rod(), scales)? else {
                     return Ok(None);
                 };
-                Ok(Some(RodOfKnownMass {
+                Ok(Some(NeglectedRod {
                     massive,
                     told: RodMass {
                         rod: assembly.name_of_rod(k).map(str::to_owned),

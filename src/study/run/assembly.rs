@@ -1,6 +1,7 @@
 //! An assembly of rods and bodies, as the model of a run.
 
 use super::header::{RunBody, RunHeader, RunRod};
+use super::joints::{self, RunJoint};
 use super::moment::BodyMoment;
 use super::one_rod::resolved;
 use super::outward::{self, RunBounce};
@@ -12,7 +13,7 @@ use crate::error::{Quantity, Result};
 use crate::math::se3::halves;
 use crate::motion::{Bounce, LightReference, SectionState, Snap, SnapEnd, State, curve_outward};
 use crate::rod::Wrench;
-use crate::scene::{AssemblyScene, AssemblySetup, Scene};
+use crate::scene::{AssemblyScene, AssemblySetup, PlacedJoint, Scene};
 use crate::study::Solid;
 use crate::study::neglected_mass::RodsAtRest;
 use crate::study::stations::{self, StationValues};
@@ -22,11 +23,13 @@ use nalgebra::{DVector, Isometry3};
 pub(super) struct AssemblyModel {
     setup: AssemblySetup,
     scene: Scene,
+    joints: Vec<PlacedJoint>,
 }
 
 impl AssemblyModel {
     pub fn new(scene: &Scene) -> Result<(Self, RunHeader)> {
         let setup = AssemblySetup::new(scene).map_err(|e| scene.in_own_units(e))?;
+        let joints = setup.joints(scene)?;
         let given = || scene.assembly().into_iter();
         let bodies = given().flat_map(|given| given.bodies.iter().map(move |body| (given, body)));
         let held = given().flat_map(|given| &given.rods);
@@ -63,6 +66,8 @@ impl AssemblyModel {
                 })
                 .collect(),
             stations: stations::placed_in_motion(scene),
+            obstacles: scene.obstacles.clone(),
+            joints: joints.iter().map(RunJoint::new).collect(),
             heavy: setup.is_heavy() || setup.assembly.light_rods().next().is_some(),
             driven: false,
             loaded: false,
@@ -73,6 +78,7 @@ impl AssemblyModel {
         let model = Self {
             setup,
             scene: scene.clone(),
+            joints,
         };
         Ok((model, header))
     }
@@ -143,6 +149,19 @@ impl RunModel for AssemblyModel {
             };
             Ok(sections.map(values).collect())
         })
+    }
+
+    fn joints(&self, state: &dyn State) -> Result<Vec<f64>> {
+        let mut numbers = Vec::new();
+        for joint in &self.joints {
+            let found = self.sections(state, joint.rod, &[joint.place])?;
+            let now = (state.time(), state.bodies());
+            match found.first() {
+                Some(at) => numbers.extend(joints::numbers(joint, now, at, &self.setup.scales)),
+                None => numbers.extend(vec![f64::NAN; RunJoint::new(joint).count()]),
+            }
+        }
+        Ok(numbers)
     }
 
     fn rest(&self) -> Option<RestState> {

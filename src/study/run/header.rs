@@ -1,8 +1,10 @@
 //! Facts of a run known before its start: model, units, names, bounds, treatment of masses.
 
+use super::joints::RunJoint;
 use crate::assembly::Joint;
+use crate::error::Quantity;
 use crate::motion::Outcome;
-use crate::scene::{ModelKind, RodMassNote, Run, Scales, Units};
+use crate::scene::{ModelKind, Obstacle, RodMassNote, Run, Scales, Units};
 use crate::study::Solid;
 use crate::study::stations::PlacedStation;
 
@@ -29,6 +31,10 @@ pub struct RunHeader {
     pub rods: Vec<RunRod>,
     /// Stations on the rods.
     pub stations: Vec<PlacedStation>,
+    /// The obstacles of the scene.
+    pub obstacles: Vec<Obstacle>,
+    /// Joints with axes, whose angles and shifts are columns.
+    pub joints: Vec<RunJoint>,
     /// True if the ledger contains kinetic energy of rods.
     pub heavy: bool,
     /// True if forces in time do work on the body of one rod.
@@ -135,6 +141,17 @@ impl RunHeader {
                 .in_units(&self.scales.of_messages(self.units))
                 .to_string(),
             Outcome::SelfContact(contact) => self.touching(contact.rods, contact.at),
+            Outcome::RodTouch(touch) => {
+                let name = self.obstacles.get(touch.obstacle);
+                let s = self.scales.outward(Quantity::Length, touch.s);
+                format!(
+                    "{} touches {:?} at s = {s:.6}{}; in motion the contact of bodies is followed, and not yet that of rods; write rods = \"none\" \
+                     in [contact] to let rods pass through obstacles",
+                    self.rod_name(touch.rod).unwrap_or("the rod"),
+                    name.map_or("", |obstacle| &obstacle.name),
+                    Units::suffix(self.units.length())
+                )
+            }
             Outcome::GrooveEnd(body) if self.is_assembly() => {
                 let body = self.bodies.get(*body).map_or("", |body| &body.name);
                 format!(

@@ -2,7 +2,9 @@
 
 mod assembly;
 mod bounces;
+mod contacts;
 mod header;
+mod joints;
 mod last_branch;
 mod moment;
 mod one_rod;
@@ -19,7 +21,9 @@ mod tree;
 
 pub use crate::scene::ModelKind;
 pub use bounces::Bounces;
+pub use contacts::BranchContacts;
 pub use header::{RunBody, RunHeader, RunRod};
+pub use joints::RunJoint;
 pub use last_branch::SingleMotion;
 pub use moment::{BodyMoment, EndAction, FigureState, Moment, ShapesAt};
 pub use outward::RunBounce;

@@ -2,6 +2,7 @@
 
 use crate::elastica::Equilibrium;
 use crate::error::Result;
+use crate::motion::contact::ContactSample;
 use crate::motion::{Labels, Ledger};
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -22,6 +23,8 @@ pub struct Moment {
     pub friction: f64,
     /// Energy of unresolved waves that the method has taken out so far, part of the dissipated energy.
     pub numerical_loss: f64,
+    /// Contacts with obstacles; `None` without obstacles.
+    pub contact: Option<ContactSample>,
     /// Labels of the equilibrium of the elastica that a planar rod is in, or near; `None` without one.
     pub labels: Option<Labels>,
     /// Morse index of the rod with its end held, in an assembly the sum over the rods; `None` off equilibrium.

@@ -76,6 +76,8 @@ impl OneRod {
                 free: false,
             }],
             stations: stations::placed(scene),
+            obstacles: scene.obstacles.clone(),
+            joints: Vec::new(),
             heavy,
             driven: setup.model.is_driven(),
             loaded: scene.is_loaded_along() && !scene.rod.is_light(),
@@ -86,7 +88,7 @@ impl OneRod {
         let one = Self {
             massive: massive(scene, &setup)?,
             setup,
-            relaxes: !scene.rod.relaxation.is_empty(),
+            relaxes: !scene.rod.relaxation.is_empty() || scene.rod.field_in_time().is_some(),
             free: scene.clamp.free,
         };
         Ok((one, header))
@@ -113,6 +115,10 @@ pub(super) fn resolved(scene: &Scene) -> Result<serde_json::Value> {
 }
 
 fn massive(scene: &Scene, setup: &Setup) -> Result<Option<RodOfKnownMass>> {
+    // The estimates are about the equilibrium without obstacles.
+    if !scene.obstacles.is_empty() {
+        return Ok(None);
+    }
     if setup.model.kind().in_space() {
         let given = if scene.is_planar() {
             scene.lifted_for_modes()?

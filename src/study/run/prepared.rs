@@ -1,6 +1,7 @@
 //! A scene of motion of rods ready to run, one rod or an assembly.
 
 use super::assembly::AssemblyModel;
+use super::contacts::sample_outward;
 use super::header::RunHeader;
 use super::moment::{BodyMoment, Moment, ShapesAt};
 use super::one_rod::OneRod;
@@ -51,6 +52,11 @@ pub(super) trait RunModel {
     /// Sections of a rod at ascending places in [0, 1].
     fn sections(&self, state: &dyn State, rod: usize, places: &[f64])
     -> Result<Vec<StationValues>>;
+
+    /// Coordinates and rates of all joints with axes, in the order of the columns; NaN where a rod has no shape.
+    fn joints(&self, _state: &dyn State) -> Result<Vec<f64>> {
+        Ok(Vec::new())
+    }
 
     /// Equilibrium under the loads at t = 0. `None` unless a mass is known and the clamp fixed, and where no
     /// equilibrium is found.
@@ -154,6 +160,7 @@ impl Prepared {
             total: ledger.total() * k.energy,
             friction: state.friction() * k.energy,
             numerical_loss: state.numerical_loss() * k.energy,
+            contact: state.contact().map(|sample| sample_outward(k, sample)),
             labels: None,
             index: None,
         }
@@ -176,6 +183,11 @@ impl Prepared {
         stations::values(&self.header.stations, |rod, places| {
             self.model.sections(state, rod, places)
         })
+    }
+
+    /// Coordinates and rates of all joints with axes.
+    pub(super) fn joints(&self, state: &dyn State) -> Result<Vec<f64>> {
+        self.model.joints(state)
     }
 
     /// The poses of [`Prepared::curves`], with the time.

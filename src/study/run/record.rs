@@ -1,6 +1,7 @@
 //! Record of a run, in the units of the scene: branches, reason of an early end, warnings.
 
 use super::bounces::Bounces;
+use super::contacts::BranchContacts;
 use super::header::RunHeader;
 use super::moment::{FigureState, Moment, ShapesAt};
 use super::spring::Spring;
@@ -69,6 +70,8 @@ pub struct RunBranch {
     pub lost: Vec<UnknownInterval>,
     /// Bounces of taut rods.
     pub bounces: Bounces,
+    /// Contacts with obstacles; `None` without obstacles.
+    pub contacts: Option<BranchContacts>,
     /// Closure of the energy ledger.
     pub closing: LedgerClosure,
     /// Moments of the motion for figures, in the order of time, with both sides of every snap; thinned. They are ends

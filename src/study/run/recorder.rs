@@ -1,6 +1,7 @@
 //! Observer of a motion: writes the tables and stores data for figures.
 
 use super::bounces::Bounces;
+use super::contacts::{self, BranchContacts};
 use super::moment::{FigureState, Moment, ShapesAt};
 use super::outward;
 use super::prepared::Prepared;
@@ -69,7 +70,9 @@ pub(super) struct Recorder<'r> {
     hooks: &'r mut dyn Hooks,
     places: Vec<f64>,
     trajectory: usize,
-    strain: Option<Strain>,
+    strain: Option<StrainTable>,
+    /// The table of contacts and their extremes; None without obstacles.
+    contacts: Option<(usize, BranchContacts)>,
     first: Moment,
     closing: LedgerClosure,
     snaps: Vec<Snap>,
@@ -88,7 +91,7 @@ pub(super) struct Recorder<'r> {
 }
 
 /// Strain table with every `stride`-th sample.
-struct Strain {
+struct StrainTable {
     table: usize,
     stride: usize,
     seen: usize,
@@ -148,11 +151,17 @@ impl<'r> Recorder<'r> {
         let trajectory = sink.begin(table::trajectory(header, id))?;
         let strain = match stride(prepared, *fields) {
             None => None,
-            Some(stride) => Some(Strain {
+            Some(stride) => Some(StrainTable {
                 table: sink.begin(table::strain(header, id))?,
                 stride,
                 seen: 0,
             }),
+        };
+        let contacts = if header.has_obstacles() {
+            let table = sink.begin(contacts::table(header, id))?;
+            Some((table, BranchContacts::new()))
+        } else {
+            None
         };
         let strobe = header.run.strobe.is_some();
         let dense = !strobe && hooks.pictures() > 0;
@@ -172,6 +181,7 @@ impl<'r> Recorder<'r> {
             places: places(),
             trajectory,
             strain,
+            contacts,
             first: moment,
             closing,
             snaps: Vec::new(),
@@ -248,6 +258,7 @@ impl<'r> Recorder<'r> {
                 .map(|lost| outward::interval(k, lost))
                 .collect(),
             bounces: self.bounces,
+            contacts: self.contacts.map(|(_, contacts)| contacts.outward(k)),
             closing: self.closing.scaled(energy),
             way: self.way.list,
             track: self.track.list,
@@ -308,8 +319,21 @@ impl<'r> Recorder<'r> {
 
     fn write(&mut self, state: &dyn State, moment: &Moment) -> Result<()> {
         let stations = self.prepared.stations(state)?;
-        let row = table::row(&self.prepared.header, moment, &stations);
-        self.sink.row(self.trajectory, &row)
+        let joints = self.prepared.joints(state)?;
+        let row = table::row(&self.prepared.header, moment, &stations, &joints);
+        self.sink.row(self.trajectory, &row)?;
+        let Some(((table, seen), sample)) = self.contacts.as_mut().zip(state.contact()) else {
+            return Ok(());
+        };
+        seen.look(sample);
+        for row in moment
+            .contact
+            .iter()
+            .flat_map(|contact| contacts::rows(&self.prepared.header, moment.t, contact))
+        {
+            self.sink.row(*table, &row)?;
+        }
+        Ok(())
     }
 
     /// Appends the last shapes of rods in space, or replaces previous ones at nearly the same time.
@@ -430,7 +454,12 @@ impl Observer for Recorder<'_> {
                         .extend(rest.and_then(|rest| rest.bounced(bounce)));
                 }
             }
-            Event::Step { .. } | Event::Contact(_) | Event::Stop(_) => {}
+            Event::Contact(event) => {
+                if let Some((_, contacts)) = &mut self.contacts {
+                    contacts.events.push(*event);
+                }
+            }
+            Event::Step { .. } | Event::Stop(_) => {}
         }
         Ok(())
     }

@@ -67,7 +67,13 @@ pub fn samples(prepared: &Prepared, times: &[f64], hooks: &mut dyn Hooks) -> Res
     let header = &prepared.header;
     let mut row = |state: &dyn State| {
         let stations = prepared.stations(state)?;
-        Ok(table::row(header, &prepared.moment(state), &stations))
+        let joints = prepared.joints(state)?;
+        Ok(table::row(
+            header,
+            &prepared.moment(state),
+            &stations,
+            &joints,
+        ))
     };
     let rows = at_times(prepared, times, hooks, &mut row)?;
     let mut table = table::trajectory(header, 0);

@@ -6,6 +6,7 @@ use super::outward::RunBounce;
 use super::record::{RunBranch, RunRecord};
 use super::table::trajectory_name;
 use crate::elastica::Equilibrium;
+use crate::error::Quantity;
 use crate::motion::viscoelastic::Layer;
 use crate::motion::{LightSnap, Outcome, Snap, SnapEnd};
 use crate::scene::RodMassNote;
@@ -86,6 +87,7 @@ impl RunRecord {
                 self.missing_folds_note().map(Value::String),
             ),
             ("bounces", self.all_bounces()),
+            ("contact", self.contact_summary()),
             ("branches", several.then(|| Value::Array(branches()))),
         ];
         for (key, value) in known {
@@ -99,6 +101,7 @@ impl RunRecord {
         let several = self.branches.len() > 1;
         let mut events = Vec::new();
         for branch in &self.branches {
+            let before = events.len();
             for snap in branch.all_snaps() {
                 let mut event = self.snap(snap);
                 if let Some(fold) = self.fold_of(snap, branch) {
@@ -111,6 +114,26 @@ impl RunRecord {
                 events.push(Value::Object(event));
             }
             events.extend(self.passages_of(branch));
+            if branch.contacts.is_some() {
+                let mut all: Vec<(f64, Value)> = events
+                    .split_off(before)
+                    .into_iter()
+                    .map(|event| (event["t"].as_f64().unwrap_or(f64::NAN), event))
+                    .chain(self.contact_events(branch))
+                    .collect();
+                all.sort_by(|a, b| a.0.total_cmp(&b.0));
+                events.extend(all.into_iter().map(|(_, event)| event));
+            }
+            if let Outcome::RodTouch(touch) = &branch.outcome {
+                let header = &self.header;
+                events.push(json!({
+                    "kind": "rod_touch",
+                    "t": branch.last.t,
+                    "a": header.rod_name(touch.rod).unwrap_or("rod"),
+                    "b": header.obstacles.get(touch.obstacle).map(|obstacle| &obstacle.name),
+                    "s": header.scales.outward(Quantity::Length, touch.s),
+                }));
+            }
             if let Outcome::SelfContact(contact) = &branch.outcome {
                 let mut event =
                     json!({ "kind": "self_contact", "t": branch.last.t, "s": contact.at });

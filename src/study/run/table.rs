@@ -1,6 +1,8 @@
 //! The tables of a run: trajectory and strain field.
 
+use super::contacts;
 use super::header::RunHeader;
+use super::joints;
 use super::moment::{BodyMoment, Moment};
 use super::prepared::Prepared;
 use crate::error::Result;
@@ -16,7 +18,7 @@ pub fn trajectory_name(branch: usize) -> String {
 }
 
 /// Name of a table of a branch.
-fn name(table: &str, branch: usize) -> String {
+pub(super) fn name(table: &str, branch: usize) -> String {
     match branch {
         0 => table.to_owned(),
         _ => format!("{table}-{branch}"),
@@ -43,11 +45,15 @@ pub(super) fn trajectory(header: &RunHeader, branch: usize) -> Table {
         columns.extend(end_in_plane(u));
     }
     columns.extend(ledger_columns(u));
+    if header.has_obstacles() {
+        columns.extend(contacts::columns(u));
+    }
     if header.heavy {
         columns.push(rod_kinetic(u));
     }
     columns.extend(index(header).map(|meaning| Column::integers("index", meaning)));
     columns.extend(stations::columns(&header.stations, u, true));
+    columns.extend(joints::columns(&header.joints, u));
     Table::new(trajectory_name(branch), columns)
 }
 
@@ -213,11 +219,12 @@ fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
     .map(Cell::Real)
 }
 
-/// The row of a state with the values at its stations.
+/// The row of a state with the values at its stations and joints.
 pub(super) fn row(
     header: &RunHeader,
     at: &Moment,
     stations: &[Option<StationValues>],
+    joints: &[f64],
 ) -> Vec<Cell> {
     let mut cells = vec![Cell::Real(at.t)];
     if header.in_space() {
@@ -244,6 +251,9 @@ pub(super) fn row(
         );
     }
     cells.extend(ledger_cells(&at.ledger, at.total));
+    if header.has_obstacles() {
+        cells.extend(contacts::cells(at.contact.as_ref()));
+    }
     if header.heavy {
         cells.push(Cell::Real(at.ledger.rod_kinetic));
     }
@@ -253,6 +263,7 @@ pub(super) fn row(
     let values = stations.iter();
     let values = values.flat_map(|values| StationValues::numbers(values.as_ref(), true));
     let known = |x: f64| Some(x).filter(|x| !x.is_nan());
+    let values = values.chain(joints.iter().copied());
     cells.extend(values.map(|x| Cell::from(known(x))));
     cells
 }

@@ -10,13 +10,13 @@ use crate::study::exact;
 pub struct Vary {
     /// Dotted path of the field as written: `start.velocity.1` or `start.velocity[1]`.
     pub path: String,
-    values: Values,
+    values: VariedValues,
     /// True if the field is a whole number.
     counts: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Values {
+enum VariedValues {
     /// `count` values between the ends, evenly spaced, in the logarithm if `log`.
     Range {
         from: f64,
@@ -65,7 +65,7 @@ impl Vary {
             }
             return Ok(Self {
                 path,
-                values: Values::List(list),
+                values: VariedValues::List(list),
                 counts: false,
             });
         }
@@ -95,7 +95,7 @@ impl Vary {
         };
         Ok(Self {
             path,
-            values: Values::Range {
+            values: VariedValues::Range {
                 from,
                 to,
                 log,
@@ -121,34 +121,34 @@ impl Vary {
     /// Number of grid values; `None` for a range without a count (random points).
     pub fn count(&self) -> Option<usize> {
         match &self.values {
-            Values::Range { count, .. } => *count,
-            Values::List(list) => Some(list.len()),
+            VariedValues::Range { count, .. } => *count,
+            VariedValues::List(list) => Some(list.len()),
         }
     }
 
     /// True for a list, for which no count is given.
     pub fn is_list(&self) -> bool {
-        matches!(self.values, Values::List(_))
+        matches!(self.values, VariedValues::List(_))
     }
 
     /// Values of a list, as TOML.
     pub(super) fn listed(&self) -> Option<&[String]> {
         match &self.values {
-            Values::List(list) => Some(list),
-            Values::Range { .. } => None,
+            VariedValues::List(list) => Some(list),
+            VariedValues::Range { .. } => None,
         }
     }
 
     /// True for logarithmic spacing.
     pub fn is_logarithmic(&self) -> bool {
-        matches!(self.values, Values::Range { log: true, .. })
+        matches!(self.values, VariedValues::Range { log: true, .. })
     }
 
     /// Value `i` of a grid, as TOML.
     pub fn on_grid(&self, i: usize) -> String {
         match &self.values {
-            Values::List(list) => list[i % list.len()].clone(),
-            Values::Range { count, .. } => {
+            VariedValues::List(list) => list[i % list.len()].clone(),
+            VariedValues::Range { count, .. } => {
                 let intervals = count.unwrap_or(1).saturating_sub(1);
                 let part = if intervals == 0 {
                     0.0
@@ -163,11 +163,11 @@ impl Vary {
     /// Value at a fraction in [0, 1) of the range or list, as TOML.
     pub fn at(&self, part: f64) -> String {
         match &self.values {
-            Values::List(list) => {
+            VariedValues::List(list) => {
                 let i = (part * list.len() as f64) as usize;
                 list[i.min(list.len() - 1)].clone()
             }
-            Values::Range { from, to, log, .. } => {
+            VariedValues::Range { from, to, log, .. } => {
                 let x = between(part, [*from, *to], *log);
                 if (x - x.round()).abs() <= WHOLE * x.abs() && self.counts {
                     format!("{x:.0}")
@@ -181,7 +181,7 @@ impl Vary {
     /// Value of a random point from a number in [0, 1), as TOML; for an integer field one of the integers in the
     /// range.
     pub(super) fn drawn(&self, part: f64) -> String {
-        if let (true, Values::Range { from, to, log, .. }) = (self.counts, &self.values) {
+        if let (true, VariedValues::Range { from, to, log, .. }) = (self.counts, &self.values) {
             let (least, most) = (from.min(*to).ceil(), from.max(*to).floor());
             if least <= most {
                 // First and last integer get as much room as the others.
@@ -201,24 +201,26 @@ impl Vary {
         let refuse = |why: &str| Error::domain(format!("--free {text}: {why}; write {forms}"));
         let found = Self::read(text).map_err(refuse)?;
         match found.values {
-            Values::List(_) => Err(refuse("a list is no range")),
-            Values::Range { count: Some(_), .. } => {
+            VariedValues::List(_) => Err(refuse("a list is no range")),
+            VariedValues::Range { count: Some(_), .. } => {
                 Err(refuse("a range that is searched has no count"))
             }
-            Values::Range { from, to, .. } if !(from < to) => Err(refuse("FROM is not below TO")),
-            Values::Range { .. } if is_count(&found.path) => Err(Error::domain(format!(
+            VariedValues::Range { from, to, .. } if !(from < to) => {
+                Err(refuse("FROM is not below TO"))
+            }
+            VariedValues::Range { .. } if is_count(&found.path) => Err(Error::domain(format!(
                 "--free {text}: {} is a whole number, which a search by derivatives cannot find; compare its values by a sweep",
                 found.path
             ))),
-            Values::Range { .. } => Ok(found),
+            VariedValues::Range { .. } => Ok(found),
         }
     }
 
     /// Value and derivative by the fraction of the range, also outside [0, 1]; `None` for a list.
     pub fn number(&self, part: f64) -> Option<[f64; 2]> {
         match self.values {
-            Values::List(_) => None,
-            Values::Range { from, to, log, .. } => {
+            VariedValues::List(_) => None,
+            VariedValues::Range { from, to, log, .. } => {
                 let x = between(part, [from, to], log);
                 let by = if log { x * (to / from).ln() } else { to - from };
                 Some([x, by])

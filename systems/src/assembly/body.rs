@@ -132,6 +132,18 @@ impl Body {
         self
     }
 
+    /// The body at rest under the loads of time `t`, with a share of those without a potential
+    /// ([`RigidBody::with_share_of_driving`]).
+    ///
+    /// # Errors
+    /// A share that is not finite.
+    pub fn with_share_of_driving(mut self, t: f64, share: f64) -> Result<Self> {
+        if let Mass::Rigid(body) = self.mass {
+            self.mass = Mass::Rigid(body.with_share_of_driving(t, share)?);
+        }
+        Ok(self)
+    }
+
     /// Names the body for messages; the default label is its number.
     #[must_use]
     pub fn named(mut self, name: String) -> Self {
@@ -483,7 +495,7 @@ impl Body {
     }
 
     /// The pose as far as the body can take it: without a turn for a point mass, in the groove, in the plane.
-    pub(super) fn confined(&self, mut pose: Isometry3<f64>) -> Isometry3<f64> {
+    pub(crate) fn confined(&self, mut pose: Isometry3<f64>) -> Isometry3<f64> {
         if !self.turns() {
             pose.rotation = UnitQuaternion::identity();
         }

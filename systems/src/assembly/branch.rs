@@ -179,7 +179,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
         // A load along a rod depends on the parameter, or on the rotation of its base.
-        let bears = |link: &Link| link.distributed().is_some();
+        let bears = |link: &Link| link.is_loaded();
         let loaded = known.iter().any(|point| point.end.along.is_some());
         if self.changes_rods || loaded || assembly.links().iter().any(bears) {
             let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;

@@ -4,7 +4,8 @@
 //! minimum of the distance: both tangents are across the connecting vector, or a point is an end. Neighbours on one
 //! rod are no such pair as long as the rod is nowhere bent to a radius below half its diameter.
 
-use super::attachment::AttachedTo;
+use super::attachment::{AttachedTo, Attachment};
+use super::body::Body;
 use super::configuration::Configuration;
 use super::network::Assembly;
 use super::rod_element::Link;
@@ -117,12 +118,18 @@ impl<'a> Tube<'a> {
         })
     }
 
-    /// Carrier of a sample point by index; None for an inner point or a free end.
-    fn holder(&self, place: usize) -> Option<&AttachedTo> {
-        let ends = [0, self.curve.points.len() - 1];
-        let end = ends.iter().position(|end| *end == place)?;
+    /// Carrier of the end at the arclength `s`; None for an inner point or a free end.
+    fn holder(&self, s: f64) -> Option<&AttachedTo> {
+        let ends = [0.0, self.curve.length()];
+        let end = ends.iter().position(|end| *end == s)?;
         self.held.get(end).copied()
     }
+}
+
+/// True for two ends on one holder. Such ends may be close, and no contact is sought between the two.
+fn are_joined([one, other]: [&Tube<'_>; 2], at: [f64; 2]) -> bool {
+    let holders = one.holder(at[0]).zip(other.holder(at[1]));
+    holders.is_some_and(|(a, b)| a.moves_with(b))
 }
 
 impl Nearness {
@@ -191,7 +198,7 @@ impl Contact {
         let (at, distance) = nearest(self.at, lengths, |s| {
             Some([(a.exact)(s[0])?, (b.exact)(s[1])?])
         })?;
-        Some(Self {
+        (!are_joined([a, b], at)).then_some(Self {
             at,
             gap: distance - 0.5 * (a.diameter + b.diameter),
             ..*self
@@ -353,7 +360,7 @@ fn traced(
     q: &Wrench,
 ) -> Option<Centreline> {
     let link = link.seen_at(t, &base.rotation).ok()?;
-    let sections = if link.is_taut(q, held) || link.distributed().is_some() {
+    let sections = if link.is_taut(q, held) || link.is_loaded() {
         let at = (0..TAUT).map(|k| link.rod.length() * k as f64 / (TAUT - 1) as f64);
         link.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
     } else {
@@ -391,12 +398,21 @@ fn tubes<'a>(
         Some(Tube {
             rod,
             diameter,
-            held: vec![&link.from.on, &link.to.on],
+            held: vec![holder(assembly, &link.from), holder(assembly, &link.to)],
             curve: traced(link, t, &held, q)?,
             exact: Box::new(move |s| exact(link, t, &held, q, s)),
         })
     });
     tubes.collect()
+}
+
+/// Carrier of an attachment; for a joint with axes, the carrier of the joint.
+fn holder<'a>(assembly: &'a Assembly, site: &'a Attachment) -> &'a AttachedTo {
+    let node = site.carried_by().map(|node| &assembly.carriers()[node]);
+    match node.and_then(Body::joint) {
+        Some(guide) => &guide.on().on,
+        None => &site.on,
+    }
 }
 
 /// Base of rod `k` (between two ball joints turned along its chord), and pose of the end's attachment relative to the
@@ -433,10 +449,7 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
             if !(here < reach * reach) {
                 continue;
             }
-            // Ends on one holder may be close: no contact is sought there.
-            if let (Some(holder), Some(other)) = (one.holder(i), other.holder(j))
-                && holder.moves_with(other)
-            {
+            if are_joined([one, other], [a.places[i], b.places[j]]) {
                 continue;
             }
             let rows = i.saturating_sub(1)..=(i + 1).min(last_a);
@@ -454,7 +467,7 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
                 continue;
             };
             // Neighbours along one rod are not in contact.
-            if same && at[1] - at[0] < thick {
+            if same && at[1] - at[0] < thick || are_joined([one, other], at) {
                 continue;
             }
             let gap = distance - thick;

@@ -1,4 +1,4 @@
-//! Rods of an assembly under a dead load along them, such as their weight (theory 3.8).
+//! Rods of an assembly under loads along them, such as their weight (theory 3.8).
 //!
 //! The base wrench (m(0), n(0)) stays the chart; n(1) = n(0) - int f, and m(1) follows. The load is dead in the
 //! world. Seen from a base that turns by psi (on a body or a moving support), the load turns by -psi. Let E be the
@@ -10,10 +10,11 @@
 //! xi the twist of the attachment relative to the base and omega the spin of the base, along its directors. For a
 //! ball joint the first rows are those of m(1), which stays 0. For a taut rod the turn also changes the dependent
 //! m(0), and the force n(0) beside its spring. Rods between two ball joints rest on a force along their chord, and
-//! have no load.
+//! have no load. Loads along the directors, such as pressure, turn with the base; they act at rest alone. What they
+//! take of n depends on the chart.
 
 use super::attachment::AttachedTo;
-use super::rod_element::{EndKind, Link, LinkEnd, LoadOnRod, LoadTerms, seen_from};
+use super::rod_element::{EndKind, Link, LinkEnd, LoadOnRod, LoadTerms, TurningLoads, seen_from};
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::rod::{EndConditions, LoadedEnd, Problem, Wrench};
@@ -25,17 +26,17 @@ impl Link {
     /// The link with its base rotated to `base` in the world, for queries by chart and relative end pose. The
     /// rotation matters only for a load along the rod.
     pub fn with_base_rotation(&self, base: &UnitQuaternion<f64>) -> Cow<'_, Self> {
-        match &self.load {
-            Some(load) if self.base_turns() => {
-                let mut link = self.clone();
-                link.load = Some(LoadOnRod {
-                    seen: seen_from(&load.world, base),
-                    world: load.world.clone(),
-                });
-                Cow::Owned(link)
-            }
-            _ => Cow::Borrowed(self),
+        if !(self.is_loaded() && self.base_turns()) {
+            return Cow::Borrowed(self);
         }
+        let mut link = self.clone();
+        link.load = self.load.as_ref().map(|load| LoadOnRod {
+            seen: seen_from(&load.world, base),
+            world: load.world.clone(),
+        });
+        let turning = self.turning.as_ref();
+        link.turning = turning.map(|loads| TurningLoads::on(&loads.world, base));
+        Cow::Owned(link)
     }
 
     /// True if the base can turn: with its carrier, or, between two ball joints, with the chord.
@@ -46,8 +47,12 @@ impl Link {
     /// Equilibrium problem of the rod with an end condition, under its load.
     pub(super) fn bearing(&self, end: EndConditions, tolerance: f64) -> Result<Problem> {
         let problem = Problem::new(self.rod.clone(), end, tolerance)?;
-        Ok(match self.borne() {
+        let problem = match self.borne() {
             Some(load) => problem.with_distributed(load),
+            None => problem,
+        };
+        Ok(match &self.turning {
+            Some(loads) => problem.with_followers(&loads.seen),
             None => problem,
         })
     }
@@ -73,15 +78,17 @@ impl Link {
             section,
             tangent,
             couple,
+            taken,
             potential,
             by_turn,
         } = found;
         let change = Matrix6::from_diagonal(&units);
-        let (tangent, couple) = (tangent * change, couple * change);
+        let (tangent, couple, taken) = (tangent * change, couple * change, taken * change);
         let mut resultants = SMatrix::<f64, 9, 6>::zeros();
         resultants.fixed_rows_mut::<6>(0).copy_from(&change);
         resultants.fixed_rows_mut::<3>(6).copy_from(&couple);
-        let turned = by_turn.unwrap_or_else(SMatrix::zeros);
+        let all = by_turn.unwrap_or_else(SMatrix::zeros);
+        let turned = all.fixed_rows::<9>(0).into_owned();
         let mut prescribed = turned.fixed_rows::<6>(0).into_owned();
         let (mut jacobian, mut drive) = (tangent, Matrix6::identity());
         let kind = if self.joint().turns() {
@@ -94,6 +101,7 @@ impl Link {
             EndKind::Welded { trace }
         };
         let (m, n) = halves(&base);
+        let dead = self.borne().map(|load| load.total(self.rod.length()));
         Ok(LinkEnd {
             pose: section.pose(),
             base_couple: m,
@@ -101,8 +109,11 @@ impl Link {
             force: n,
             along: Some(LoadTerms {
                 total: n - section.force,
+                dead: dead.unwrap_or_default(),
                 potential,
                 turned,
+                force_turned: all.fixed_rows::<3>(9).into_owned(),
+                taken,
                 base: SMatrix::zeros(),
                 prescribed,
             }),

@@ -27,9 +27,10 @@ impl Link {
     /// As [`crate::rod::Rod::end`].
     pub fn end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
         let tolerance = self.finer(tolerance);
-        let end = match self.load {
-            Some(_) => self.loaded_end(q, tolerance),
-            None => self.unloaded_end(q, tolerance),
+        let end = if self.is_loaded() {
+            self.loaded_end(q, tolerance)
+        } else {
+            self.unloaded_end(q, tolerance)
         };
         Ok(self.with_slider(end?))
     }

@@ -36,7 +36,7 @@ pub struct HeldFold {
 }
 
 /// Equations of a rod's chart while its ends are held, with time as the parameter.
-struct AtRest<'a> {
+struct HeldChart<'a> {
     link: &'a Link,
     held: Isometry3<f64>,
     scale: Matrix6<f64>,
@@ -44,7 +44,7 @@ struct AtRest<'a> {
     tolerance: f64,
 }
 
-impl Family for AtRest<'_> {
+impl Family for HeldChart<'_> {
     fn size(&self) -> usize {
         6
     }
@@ -73,7 +73,7 @@ impl Link {
         let seen = self.with_base_rotation(&point.base.pose.rotation);
         let scale = self.gap_scale(&point.end);
         let drive = scale * point.drive();
-        let family = AtRest {
+        let family = HeldChart {
             link: &seen,
             held: point.held(),
             scale,

@@ -203,6 +203,26 @@ impl Guide {
         y
     }
 
+    /// Coordinates and rates at time `t` of what the joint carries, turns first. Angles are in (-pi, pi].
+    pub fn coordinates_and_rates(
+        &self,
+        t: f64,
+        bodies: &[BodyMotion],
+        carried: &BodyMotion,
+    ) -> Vec<[f64; 2]> {
+        let frame = self.on.at(t, bodies);
+        let [(spin, velocity), (own_spin, own_velocity)] =
+            [&frame, carried].map(|motion| halves(&motion.twist));
+        let arm = carried.pose.translation.vector - frame.pose.translation.vector;
+        let relative = join(
+            &(own_spin - spin),
+            &(own_velocity - velocity - spin.cross(&arm)),
+        );
+        let rates = self.twists(&frame.pose, &carried.pose).tr_mul(&relative);
+        let each = self.coordinates(&frame.pose, &carried.pose).into_iter();
+        each.zip(&rates).map(|(y, rate)| [y, *rate]).collect()
+    }
+
     /// Number of axes.
     pub fn turnings(&self) -> usize {
         if self.is_ball() { 3 } else { self.turns.len() }
@@ -224,12 +244,12 @@ impl Guide {
     }
 
     /// Pose of the frame of the joint.
-    pub(super) fn frame(&self, t: f64, bodies: &[BodyMotion]) -> Isometry3<f64> {
+    pub(crate) fn frame(&self, t: f64, bodies: &[BodyMotion]) -> Isometry3<f64> {
         self.on.at(t, bodies).pose
     }
 
     /// Pose at the coordinates `y`.
-    pub(super) fn pose(&self, frame: &Isometry3<f64>, y: &[f64]) -> Isometry3<f64> {
+    pub(crate) fn pose(&self, frame: &Isometry3<f64>, y: &[f64]) -> Isometry3<f64> {
         let (turned, slid) = y.split_at(self.turns.len());
         let mut own = Isometry3::identity();
         for (axis, y) in self.slides.iter().zip(slid) {
@@ -244,7 +264,7 @@ impl Guide {
     }
 
     /// Coordinates of a pose; what the joint does not leave free is left out. Angles are in (-pi, pi].
-    pub(super) fn coordinates(&self, frame: &Isometry3<f64>, pose: &Isometry3<f64>) -> Vec<f64> {
+    pub(crate) fn coordinates(&self, frame: &Isometry3<f64>, pose: &Isometry3<f64>) -> Vec<f64> {
         let own = frame.inv_mul(pose);
         let mut y = match self.turns.as_slice() {
             [axis] => vec![2.0 * own.rotation.imag().dot(axis).atan2(own.rotation.w)],
@@ -368,7 +388,7 @@ impl Guide {
     }
 
     /// Potential of the laws.
-    pub(super) fn potential(&self, frame: &Isometry3<f64>, pose: &Isometry3<f64>) -> f64 {
+    pub(crate) fn potential(&self, frame: &Isometry3<f64>, pose: &Isometry3<f64>) -> f64 {
         let y = self.coordinates(frame, pose);
         self.laws
             .iter()

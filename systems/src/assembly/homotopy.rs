@@ -190,6 +190,10 @@ impl<'a> Statics<'a> {
     fn softest(&self, x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
         let jacobian = self.linearised(x, 0.0).ok()?.jacobian;
         let (n, bodies) = (x.len(), self.assembly.freedoms().1);
+        // Rods between places on the ground alone move no body.
+        if bodies == 0 {
+            return None;
+        }
         let rods = jacobian.view((bodies, bodies), (n - bodies, n - bodies));
         let ends = jacobian.view((bodies, 0), (n - bodies, bodies));
         let follow = -rods.into_owned().lu().solve(&ends)?;

@@ -14,7 +14,7 @@ use super::configuration::Evaluated;
 use super::guide::Guide;
 use super::network::Assembly;
 use super::rod_element::{Link, LinkPoint};
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 use crate::manifold::adjugate_times;
 use crate::math::se3::{halves, join};
 use crate::rod::Wrench;
@@ -188,11 +188,14 @@ impl Assembly {
             rod.move_by(t, &mut bodies, &(rod.coordinates_of(&change) * part));
             last = size;
         }
-        Err(Error::no_convergence(format!(
-            "no equilibrium of {} with its joints found near the base wrench {:?} (units B/L, B/L^2)",
-            self.rod_name(k),
-            q.as_slice()
-        )))
+        Err(Error::no_convergence(
+            Message::from(format!(
+                "no equilibrium of {} with its joints was found near ",
+                self.rod_name(k)
+            ))
+            .then(self.links()[k].told_wrench(&q))
+            .words(" at its base; take a smaller tolerance, or give the rod its mass in full"),
+        ))
     }
 }
 

@@ -17,9 +17,9 @@
 use super::attachment::Joint;
 use super::rod_element::{Link, LinkEnd};
 use super::viscous_layer::{MOST_STEPS, RodLayer, split};
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Quantity, Result};
 use crate::manifold::{energy_allows_landing, fold_kernel};
-use crate::math::se3::join;
+use crate::math::se3::{halves, join};
 use crate::rod::{Fallen, Wrench};
 use crate::section::{Measures, Strain, law_in_units};
 use crate::viscoelastic::grid::Grid;
@@ -117,16 +117,17 @@ impl Link {
     /// # Errors
     /// A landing that gains energy.
     fn check_fall(&self, q: &Wrench, end: &LinkEnd, landed: f64, tolerance: f64) -> Result<()> {
-        let (fold, unit) = (end.whole_energy(), self.units()[0]);
+        let fold = end.whole_energy();
         if energy_allows_landing(fold, landed, ENERGY_ERROR * tolerance) {
             return Ok(());
         }
-        Err(Error::no_convergence(format!(
-            "the rod that left its fold at the base wrench {:?} (units B/L, B/L^2) came to rest with more energy, by {:e} B/L, than it had \
-             there: lower the tolerance",
-            q.as_slice(),
-            (landed - fold) / unit
-        )))
+        Err(Error::no_convergence(
+            Message::from("the rod that left its fold under ")
+                .then(self.told_wrench(q))
+                .words(" at its base came to rest with more energy than it had there, by ")
+                .size(landed - fold, Quantity::Couple)
+                .words(": lower the tolerance"),
+        ))
     }
 
     /// Possible landings of the rod from its fold `q` with its ends held: those of [`Link::stable_beside`] with no
@@ -364,11 +365,13 @@ impl Link {
                      curvature tells it to which",
                 );
             }
-            Error::no_convergence(format!(
-                "the rod that left its fold at the base wrench {:?} (units B/L, B/L^2) does not come to rest within {MOST_STEPS} \
-                 steps of the fast layer",
-                q.as_slice()
-            ))
+            Error::no_convergence(
+                Message::from("the rod that left its fold under ")
+                    .then(self.told_wrench(q))
+                    .words(format!(
+                        " at its base does not come to rest within {MOST_STEPS} steps of the fast layer; give the rod friction, or its mass in full"
+                    )),
+            )
         })
     }
 
@@ -476,7 +479,7 @@ impl Link {
                     return if size <= floor {
                         Ok(q)
                     } else {
-                        Err(unpolished(&q, size))
+                        Err(self.unpolished(&q, size))
                     };
                 }
             }
@@ -484,13 +487,27 @@ impl Link {
                 return Ok(q);
             }
         }
-        Err(unpolished(&q, size))
+        Err(self.unpolished(&q, size))
     }
 }
 
-fn unpolished(q: &Wrench, size: f64) -> Error {
-    Error::no_convergence(format!(
-        "no equilibrium of the rod found near the base wrench {:?} (units B/L, B/L^2): its end stays {size:.1e} off",
-        q.as_slice()
-    ))
+impl Link {
+    /// Sizes of a base wrench, for messages.
+    pub(super) fn told_wrench(&self, q: &Wrench) -> Message {
+        let (m, n) = halves(&q.component_mul(&self.units()));
+        Message::from("a couple of ")
+            .size(m.norm(), Quantity::Couple)
+            .words(" and a force of ")
+            .size(n.norm(), Quantity::Force)
+    }
+
+    fn unpolished(&self, q: &Wrench, size: f64) -> Error {
+        Error::no_convergence(
+            Message::from("no equilibrium of the rod was found near ")
+                .then(self.told_wrench(q))
+                .words(format!(
+                    " at its base: its end stays {size:.1e} rod lengths or radians off; take a smaller tolerance"
+                )),
+        )
+    }
 }

@@ -33,7 +33,7 @@ const NEUTRAL: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 
 /// Cholesky factor of a mass matrix, with the indices of its velocities.
-type Massive<'a> = (&'a DMatrix<f64>, &'a [usize]);
+type MassFactor<'a> = (&'a DMatrix<f64>, &'a [usize]);
 
 /// Modes of an assembly with straight inextensible rods, and the shift of omega^2.
 pub(super) struct SoftModes {
@@ -191,7 +191,7 @@ impl Assembly {
         &self,
         now: &Configuration,
         points: &[LinkPoint],
-        (root, massive): Massive<'_>,
+        (root, massive): MassFactor<'_>,
         c: &DMatrix<f64>,
         tolerance: f64,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
@@ -220,7 +220,7 @@ impl Assembly {
         &self,
         now: &Configuration,
         points: &[LinkPoint],
-        (root, massive): Massive<'_>,
+        (root, massive): MassFactor<'_>,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>, f64)> {
         let (length, couple) = self.scales();
         // B/L^3 over the mean of the masses.
@@ -250,7 +250,7 @@ impl Assembly {
         &self,
         now: &Configuration,
         points: &[LinkPoint],
-        (root, massive): Massive<'_>,
+        (root, massive): MassFactor<'_>,
         tolerance: f64,
     ) -> Result<SoftModes> {
         let (compliance, charts, shift) = self.shifted_compliance(now, points, (root, massive))?;

@@ -168,12 +168,45 @@ impl Assembly {
 
     /// True if the loads at time `t`, held as they are then, have a potential.
     pub fn is_conservative(&self, t: f64) -> bool {
-        self.carriers.iter().all(|body| body.is_conservative(t))
+        !self.has_turning() && self.carriers.iter().all(|body| body.is_conservative(t))
     }
 
-    /// True if a load at time `t` turns with its body.
+    /// The assembly at rest under the loads of time `t`, with a share of those without a potential.
+    ///
+    /// # Errors
+    /// A share that is not finite.
+    pub fn with_share_of_driving(&self, t: f64, share: f64) -> Result<Self> {
+        let mut shared = self.clone();
+        let carriers = self.carriers.iter().cloned();
+        let carriers = carriers.map(|carrier| carrier.with_share_of_driving(t, share));
+        shared.carriers = carriers.collect::<Result<_>>()?;
+        Ok(shared)
+    }
+
+    /// Poses of bodies and joints as near to the given ones as planes, grooves and joints allow.
+    pub(crate) fn confined(&self, bodies: &mut [BodyMotion]) {
+        for (node, carrier) in self.carriers.iter().enumerate() {
+            let pose = bodies[node].pose;
+            let joint = carrier.joint().filter(|joint| !joint.is_ball());
+            bodies[node].pose = match joint {
+                None if carrier.joint().is_some() => pose,
+                None => carrier.confined(pose),
+                Some(joint) => {
+                    let frame = joint.frame(0.0, bodies);
+                    joint.pose(&frame, &joint.coordinates(&frame, &pose))
+                }
+            };
+        }
+    }
+
+    /// True if a load at time `t` turns with a body or with a rod.
     pub fn is_followed(&self, t: f64) -> bool {
-        self.carriers.iter().any(|body| body.is_followed(t))
+        self.has_turning() || self.carriers.iter().any(|body| body.is_followed(t))
+    }
+
+    /// True if loads along rods have no potential: equilibria then have no index, not even with these loads kept dead.
+    pub fn has_turning(&self) -> bool {
+        self.links.iter().any(Link::has_turning)
     }
 
     /// Index of the first velocity of each body in the vector of all velocities, and the total count.

@@ -1,7 +1,8 @@
 //! Reach of chains of inextensible rods between fixed attachments.
 
 use super::attachment::Attachment;
-use super::body::BodyMotion;
+use super::body::{Body, BodyMotion};
+use super::guide::Guide;
 use super::network::Assembly;
 use crate::error::{Error, Message, Quantity, Result};
 use nalgebra::DMatrix;
@@ -67,10 +68,20 @@ impl Assembly {
         )))
     }
 
+    /// The place of the joint of a rod's end, if the joint turns without a slide.
+    fn without_joint<'a>(&'a self, end: &'a Attachment) -> &'a Attachment {
+        let node = end.carried_by().map(|node| &self.carriers()[node]);
+        let joint = node.and_then(Body::joint);
+        joint
+            .filter(|joint| joint.shiftings() == 0)
+            .map_or(end, Guide::on)
+    }
+
     /// Chains between any two fixed ends.
     fn chains(&self) -> Result<Vec<Chain>> {
         let ends = self.links().iter();
-        let ends: Vec<&Attachment> = ends.flat_map(|link| [&link.from, &link.to]).collect();
+        let ends = ends.flat_map(|link| [&link.from, &link.to]);
+        let ends: Vec<&Attachment> = ends.map(|end| self.without_joint(end)).collect();
         let n = ends.len();
         let mut reach = DMatrix::from_element(n, n, f64::INFINITY);
         let mut joined = |i: usize, j: usize, way: f64| {

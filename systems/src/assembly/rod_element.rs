@@ -5,11 +5,12 @@ use super::body::BodyMotion;
 use super::rod_in_time::DriveAtChart;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
-use crate::rod::{DistributedLoad, Rod, SectionMass, Taut, Trace};
+use crate::rod::{DistributedLoad, LoadsWithoutPotential, Rod, SectionMass, Taut, Trace};
 use crate::section::LawInTime;
 use crate::solve::warm_start::WarmStart;
 use nalgebra::{
-    FullPivLU, Isometry3, Matrix6, Quaternion, SMatrix, U6, UnitQuaternion, Vector3, Vector6,
+    FullPivLU, Isometry3, Matrix3, Matrix6, Quaternion, SMatrix, U6, UnitQuaternion, Vector3,
+    Vector6,
 };
 use std::sync::Arc;
 
@@ -36,6 +37,8 @@ pub struct Link {
     pub(super) clamp_turns: bool,
     pub(super) diameter: Option<f64>,
     pub(super) load: Option<LoadOnRod>,
+    /// Loads along the rod without a potential, at rest.
+    pub(super) turning: Option<TurningLoads>,
     /// Section law in time, if it varies; the field `rod` has the law of t = 0.
     pub(super) in_time: Option<Arc<LawInTime>>,
     /// Director, 0 or 1, about which the rod of a planar assembly bends.
@@ -130,6 +133,26 @@ pub(super) struct LoadOnRod {
     pub seen: DistributedLoad,
 }
 
+/// Loads along a rod without a potential: their couples in the world, and along the present directors of its base.
+#[derive(Debug, Clone)]
+pub(super) struct TurningLoads {
+    pub world: LoadsWithoutPotential,
+    pub seen: LoadsWithoutPotential,
+}
+
+impl TurningLoads {
+    /// The loads on a rod with this base.
+    pub(super) fn on(world: &LoadsWithoutPotential, base: &UnitQuaternion<f64>) -> Self {
+        Self {
+            seen: LoadsWithoutPotential {
+                couple: seen_from(&world.couple, base),
+                ..world.clone()
+            },
+            world: world.clone(),
+        }
+    }
+}
+
 /// End of a rod relative to its base, in the directors of the base. Charts are in units B/L and B/L^2.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkEnd {
@@ -199,10 +222,16 @@ pub(super) enum EndKind {
 pub(super) struct LoadTerms {
     /// int f ds.
     pub total: Vector3<f64>,
-    /// -int f.r ds.
+    /// int f ds of the dead load alone.
+    pub dead: Vector3<f64>,
+    /// -int f.r ds of the dead load.
     pub potential: f64,
     /// d(rotation, position, m(1)) by a turn of the base; 0 for a fixed base.
     pub turned: SMatrix<f64, 9, 3>,
+    /// d n(1) by a turn of the base at the same n(0), both seen from the base.
+    pub force_turned: Matrix3<f64>,
+    /// d(n(1) - n(0)) by the chart: of loads that turn with the rod.
+    pub taken: SMatrix<f64, 3, 6>,
     /// d(m(0), n(0)) by a turn of the base, for a taut rod.
     pub base: SMatrix<f64, 6, 3>,
     /// Derivative of the prescribed quantities, the rows of [`LinkEnd::jacobian`], by a turn of the base.
@@ -249,6 +278,7 @@ impl Link {
             clamp_turns: false,
             diameter: None,
             load: None,
+            turning: None,
             in_time: None,
             bent_about: None,
         }
@@ -311,16 +341,44 @@ impl Link {
                  its weight",
             ));
         }
-        let base = match self.from.carried_by() {
-            // The body's rotation enters at evaluation.
-            Some(_) => self.from.place,
-            None => self.from.at(0.0, &[]).pose,
-        };
         self.load = Some(LoadOnRod {
-            seen: seen_from(&load, &base.rotation),
+            seen: seen_from(&load, &self.first_base()),
             world: load,
         });
         Ok(self)
+    }
+
+    /// Puts loads without a potential along the rod, counted from this link's base, for statics.
+    ///
+    /// # Errors
+    /// A rod between two ball joints.
+    pub fn with_turning(mut self, loads: &LoadsWithoutPotential) -> Result<Self> {
+        if self.is_pinned() {
+            return Err(Error::domain(
+                "a rod between two ball joints has its force along its chord, and bears no load along it: weld one of its ends",
+            ));
+        }
+        self.turning = Some(TurningLoads::on(loads, &self.first_base()));
+        Ok(self)
+    }
+
+    /// Rotation of the base before any evaluation; that of a body enters there.
+    fn first_base(&self) -> UnitQuaternion<f64> {
+        let base = match self.from.carried_by() {
+            Some(_) => self.from.place,
+            None => self.from.at(0.0, &[]).pose,
+        };
+        base.rotation
+    }
+
+    /// True if loads along the rod have no potential.
+    pub fn has_turning(&self) -> bool {
+        self.turning.is_some()
+    }
+
+    /// True if any load acts along the rod.
+    pub fn is_loaded(&self) -> bool {
+        self.load.is_some() || self.has_turning()
     }
 
     /// Director, 0 or 1, about which the rod of a planar assembly bends; `None` in space.
@@ -575,10 +633,10 @@ impl LinkPoint {
         [base, join(&(turn * -self.end.couple), &tip)]
     }
 
-    /// Potential of the load along the rod, in the world.
+    /// Potential of the dead load along the rod, in the world.
     pub fn potential(&self) -> f64 {
         self.end.along.as_ref().map_or(0.0, |along| {
-            let total = self.base.pose.rotation * along.total;
+            let total = self.base.pose.rotation * along.dead;
             along.potential - total.dot(&self.base.pose.translation.vector)
         })
     }

@@ -30,7 +30,8 @@ pub struct AssemblyEquilibrium {
     /// none.
     pub energy: f64,
     /// Morse index with the bodies free; 0 is stable. Under loads without a potential ([`Assembly::is_conservative`])
-    /// the index of the symmetric part of the stiffness, which does not decide stability.
+    /// the index of the symmetric part of the stiffness, which does not decide stability. Not counted, and 0, where
+    /// loads along rods have no potential ([`Assembly::has_turning`]).
     pub index: usize,
     /// Largest residual of the equations: gaps in radians and rod lengths, balance in B/L and B/L^2.
     pub residual: f64,
@@ -300,6 +301,18 @@ impl Assembly {
         }
     }
 
+    /// The equilibrium that Newton's method finds from a guess near by.
+    pub(crate) fn equilibrium_beside(
+        &self,
+        guess: &Configuration,
+        tolerance: f64,
+    ) -> Option<AssemblyEquilibrium> {
+        let statics = Statics::new(self, guess, tolerance);
+        let x = statics.frame.unknowns(self, guess);
+        let root = solved(&statics, &x, tolerance).ok()?;
+        self.described(&statics, &root, AssemblyRoute::Guess).ok()
+    }
+
     fn near(&self, guess: &Configuration, tolerance: f64) -> Result<AssemblyEquilibrium> {
         if guess.bodies.len() != self.carriers().len() || guess.charts.len() != self.links().len() {
             return Err(Error::domain(format!(
@@ -404,9 +417,12 @@ impl Assembly {
         // During the search a body may pass the end of a groove, along the extension of the spline's last piece.
         Body::within_ends(self.carriers(), &now.bodies)?;
         let points = self.points(0.0, &now.bodies, &now.charts, statics.tolerance)?;
-        let index = self
-            .index(0.0, &now, statics.tolerance.max(1e-11))
-            .map_err(|why| why.context("the index of an equilibrium that was found"))?;
+        let index = if self.has_turning() {
+            0
+        } else {
+            self.index(0.0, &now, statics.tolerance.max(1e-11))
+                .map_err(|why| why.context("the index of an equilibrium that was found"))?
+        };
         Ok(AssemblyEquilibrium {
             energy: self.statical_energy(&now, &points),
             index,

@@ -39,7 +39,7 @@ pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f6
 }
 
 /// An attachment with the places of the bodies, the index of the first velocity of each, and their own twists.
-type Placed<'a> = (
+type PlacedAttachment<'a> = (
     &'a Attachment,
     &'a [BodyMotion],
     (&'a [usize], &'a [Matrix6xX<f64>]),
@@ -120,7 +120,13 @@ impl LinkPoint {
 
     /// Derivatives of the wrenches by the chart.
     pub(super) fn wrenches_by_chart(&self) -> SMatrix<f64, 12, 6> {
-        self.wrenches_of(&self.end.resultants)
+        let mut by = self.wrenches_of(&self.end.resultants);
+        if let Some(along) = &self.end.along {
+            let turn = self.base.pose.rotation.to_rotation_matrix();
+            let mut tip = by.fixed_rows_mut::<3>(9);
+            tip -= turn.matrix() * along.taken;
+        }
+        by
     }
 
     /// Derivatives of the wrenches by twists of base and end at fixed chart: the wrenches turn with the base, and a
@@ -164,7 +170,7 @@ impl LinkPoint {
             let mut block = by.fixed_view_mut::<3, 3>(6, 0);
             block -= couple;
             let mut block = by.fixed_view_mut::<3, 3>(9, 0);
-            block += (turn * along.total).cross_matrix();
+            block -= turn.matrix() * along.force_turned * back.matrix();
             let base = |row| turn.matrix() * along.base.fixed_rows::<3>(row) * back.matrix();
             for (row, change) in [(0, base(0)), (3, base(3)), (9, -base(3))] {
                 let mut block = by.fixed_view_mut::<3, 3>(row, 0);
@@ -254,7 +260,7 @@ impl Assembly {
         &self,
         to: &mut DMatrix<f64>,
         sign: f64,
-        (site, bodies, (starts, own)): Placed<'_>,
+        (site, bodies, (starts, own)): PlacedAttachment<'_>,
         wrench: &Vector6<f64>,
     ) {
         let Some((body, lever)) = site.lever(bodies) else {

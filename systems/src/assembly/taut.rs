@@ -40,22 +40,21 @@ const OTHER_EQUILIBRIUM: (f64, f64) = (1e-3, 0.03);
 
 impl Link {
     /// Pull (L/B) n.r(1) of a rod with its end at `held`. Under a load along the rod, gathered from the base to
-    /// x = s/L in B/L^2 (`gathered`), the square of the mean root of the pull with n(s): errors at the base grow by
-    /// the exponential of that.
+    /// x = s/L in B/L^2 (`gathered`), the square of the mean root of |n(s)|: a heavy rod hangs along its own force, and
+    /// errors at the base grow by the exponential of that mean.
     fn pull(
         &self,
         q: &Wrench,
         held: &Isometry3<f64>,
         gathered: Option<&dyn Fn(f64) -> Vector3<f64>>,
     ) -> f64 {
-        let along = |n: Vector3<f64>| n.dot(&held.translation.vector) / self.rod.length();
         let n = halves(q).1;
         gathered.map_or_else(
-            || along(n),
+            || n.dot(&held.translation.vector) / self.rod.length(),
             |gathered| {
                 let root = |k: usize| {
                     let x = (k as f64 + 0.5) / PARTS as f64;
-                    along(n - gathered(x)).max(0.0).sqrt()
+                    (n - gathered(x)).norm().sqrt()
                 };
                 let mean = (0..PARTS).map(root).sum::<f64>() / PARTS as f64;
                 mean * mean
@@ -86,7 +85,7 @@ impl Link {
 
     /// True if the present pull suits the chart of a taut rod, with hysteresis.
     pub fn suits_taut(&self, q: &Wrench, point: &LinkPoint) -> bool {
-        if self.is_pinned() || self.in_time.is_some() {
+        if self.is_pinned() || self.in_time.is_some() || self.has_turning() {
             return false;
         }
         let borders = if self.chart.is_taut() { SLACK } else { TAUT };
@@ -109,7 +108,7 @@ impl Link {
     }
 
     pub(super) fn is_taut(&self, q: &Wrench, held: &Isometry3<f64>) -> bool {
-        if self.is_pinned() || self.in_time.is_some() {
+        if self.is_pinned() || self.in_time.is_some() || self.has_turning() {
             return false;
         }
         let pull = || {
@@ -180,10 +179,14 @@ impl Link {
         }
         let (m, n) = halves(&found.base);
         let along = self.borne().map(|_| {
+            let total = n - found.end.force;
             let mut along = LoadTerms {
-                total: n - found.end.force,
+                total,
+                dead: total,
                 potential: found.potential,
                 turned: SMatrix::zeros(),
+                force_turned: -total.cross_matrix(),
+                taken: SMatrix::zeros(),
                 base: SMatrix::zeros(),
                 prescribed: SMatrix::zeros(),
             };

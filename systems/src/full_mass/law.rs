@@ -2,14 +2,17 @@
 
 use crate::error::{Error, Result};
 use crate::section::rate::{Maxwell, RateLaw};
-use crate::section::{SectionLaw, Strain};
+use crate::section::{LawInTime, SectionLaw, Strain};
 use nalgebra::{DMatrix, Matrix6};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A section law in the units of the rod, with the strains that can change.
 #[derive(Debug, Clone)]
 pub struct Law {
     elastic: Arc<dyn SectionLaw>,
+    /// The elastic law of every moment, where tensions or rest strains are histories in time.
+    in_time: Option<Arc<LawInTime>>,
     friction: Option<Arc<dyn RateLaw>>,
     branches: Vec<Maxwell>,
     active: Vec<usize>,
@@ -29,6 +32,8 @@ pub struct Answer {
     pub friction: Strain,
     /// Energy lost per length and time, including the dashpots of Maxwell branches.
     pub loss: f64,
+    /// Power per length of what changes the law, at fixed strains.
+    pub power: f64,
 }
 
 /// Derivatives of dW/de + D(e, e_t).
@@ -60,6 +65,7 @@ impl Law {
         elastic.unloaded(0.0)?;
         let mut law = Self {
             elastic,
+            in_time: None,
             friction: None,
             branches: Vec::new(),
             length: 1.0,
@@ -81,6 +87,33 @@ impl Law {
     pub fn along(mut self, length: f64) -> Self {
         self.length = length;
         self
+    }
+
+    /// Lets the elastic law vary in time. The law given before is that at the time 0, in the same units.
+    #[must_use]
+    pub fn with_law_in_time(mut self, law: Option<LawInTime>) -> Self {
+        self.in_time = law.map(Arc::new);
+        self
+    }
+
+    /// True if the elastic law varies in time.
+    pub fn varies_in_time(&self) -> bool {
+        self.in_time.is_some()
+    }
+
+    /// The law of the time `t`; None where it is not defined.
+    pub fn seen_at(&self, t: f64) -> Option<Cow<'_, Self>> {
+        let mut seen = Cow::Borrowed(self);
+        if let Some(in_time) = &self.in_time {
+            seen.to_mut().elastic = in_time.at(t).ok()?;
+        }
+        Some(seen)
+    }
+
+    /// First time after `t` at which the law does not vary smoothly.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let in_time = self.in_time.as_ref();
+        in_time.map_or(f64::INFINITY, |law| law.next_break(t))
     }
 
     /// Adds Maxwell branches in parallel.
@@ -162,7 +195,12 @@ impl Law {
             elastic: free.resultants,
             loss: friction.dot(rate),
             friction,
+            power: 0.0,
         };
+        if self.in_time.is_some() {
+            let rates = self.elastic.rates(s, e, &free.resultants).ok()?;
+            answer.power = rates.map_or(0.0, |rates| rates.power);
+        }
         for (branch, spring) in self.branches.iter().zip(springs) {
             let pull = branch.modulus * spring;
             let twice = spring.dot(&pull);

@@ -18,6 +18,7 @@ use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector1, Vector3,
     Vector6,
 };
+use std::sync::Arc;
 
 /// Description of a rod with mass, independent of the nodes of [`HeavyRod`].
 #[derive(Debug, Clone)]
@@ -107,6 +108,8 @@ pub struct RodState {
     spin: Vector3<f64>,
     /// Strains of the springs of Maxwell branches, node by node; empty if they carry no load.
     springs: Vec<Strain>,
+    /// Law of the moment, where it varies in time.
+    law: Option<Arc<Law>>,
 }
 
 /// Support of a rod. By default the base is fixed and the end is free.
@@ -468,7 +471,25 @@ impl HeavyRod {
             flow,
             spin: twist.fixed_rows::<3>(0).into_owned(),
             springs: Vec::new(),
+            law: None,
         })
+    }
+
+    /// The state at the time `t`, with the section law of that time. None where the law is not defined.
+    pub fn seen_at(&self, t: f64, at: RodState) -> Option<RodState> {
+        let law = &self.given.law;
+        if !law.varies_in_time() {
+            return Some(at);
+        }
+        Some(RodState {
+            law: Some(Arc::new(law.seen_at(t)?.into_owned())),
+            ..at
+        })
+    }
+
+    /// Section law of a state.
+    pub(super) fn law<'a>(&'a self, at: &'a RodState) -> &'a Law {
+        at.law.as_deref().unwrap_or(&self.given.law)
     }
 
     /// The state with the dashpots of the Maxwell branches at the strains `z`.
@@ -535,6 +556,7 @@ impl HeavyRod {
         for (j, (s, weight)) in nodes.zip(sections.weights()).enumerate() {
             let answer = self.answer(j, *s, at)?;
             powers[0] += weight * answer.loss;
+            powers[1] += weight * answer.power;
             let all = answer.elastic + answer.friction;
             for (a, k) in active.iter().enumerate() {
                 residual[j * count + a] += weight * all[*k];
@@ -555,7 +577,7 @@ impl HeavyRod {
     fn answer(&self, node: usize, s: f64, at: &RodState) -> Option<Answer> {
         let branches = at.springs.len() / at.strains.len();
         let springs = &at.springs[node * branches..(node + 1) * branches];
-        let law = &self.given.law;
+        let law = self.law(at);
         law.answer(s, &at.strains[node], &at.rates[node], springs)
     }
 
@@ -663,7 +685,7 @@ impl HeavyRod {
         let count = active.len();
         let nodes = self.sections.grid.nodes().iter();
         for (j, (s, weight)) in nodes.zip(self.sections.weights()).enumerate() {
-            let section = self.given.law.stiffness(*s, &at.strains[j], &at.rates[j])?;
+            let section = self.law(at).stiffness(*s, &at.strains[j], &at.rates[j])?;
             for (a, k) in active.iter().enumerate() {
                 for (b, l) in active.iter().enumerate() {
                     let place = (j * count + a, j * count + b);
@@ -754,6 +776,7 @@ impl HeavyRod {
     /// First time after `t` at which a load or the motion of the clamp is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         let grain = self.given.grain.next_break(t);
+        let grain = grain.min(self.given.law.next_break(t));
         (self.given.body.as_ref()).map_or(grain, |body| body.next_break(t).min(grain))
     }
 }

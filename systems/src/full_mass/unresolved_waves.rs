@@ -29,7 +29,9 @@ impl HeavyRod {
             for node in nodes {
                 let s = grid.nodes()[node];
                 let (mass, rotary) = (mass * self.given.density(s), self.given.rotary_at_nodes(s));
-                let section = law.stiffness(s, &at.strains[node], &at.rates[node])?;
+                let section = self
+                    .law(at)
+                    .stiffness(s, &at.strains[node], &at.rates[node])?;
                 for a in 0..6 {
                     let turned = match rotary {
                         Some(inertia) if a < 3 => inertia[(a, a)],

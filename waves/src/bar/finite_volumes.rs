@@ -28,16 +28,16 @@ pub struct FiniteVolumes {
     extremes: [Extremes; 2],
     /// Stresses at the inflections of the law.
     bends: Vec<f64>,
-    sums: Sums,
+    sums: TimeIntegrals,
     /// Energy and momentum at the start.
     first: [f64; 2],
     cells: u64,
-    work: Scratch,
+    work: StageScratch,
 }
 
 /// Integrals over time.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct TimeIntegrals {
     work: f64,
     impulse: f64,
     dissipated: f64,
@@ -45,7 +45,7 @@ struct Sums {
 
 /// Workspace of a stage.
 #[derive(Default)]
-struct Scratch {
+struct StageScratch {
     lam: Vec<f64>,
     v: Vec<f64>,
     sigma: Vec<f64>,
@@ -98,10 +98,10 @@ impl FiniteVolumes {
             bends: (bar.material.inflections().iter())
                 .map(|lam| bar.material.stress(*lam))
                 .collect(),
-            sums: Sums::default(),
+            sums: TimeIntegrals::default(),
             first: [0.0; 2],
             cells: 0,
-            work: Scratch {
+            work: StageScratch {
                 lam: lam.clone(),
                 v: v.clone(),
                 sigma: vec![0.0; cells],
@@ -192,7 +192,7 @@ impl FiniteVolumes {
         let n = lam.len();
         // Steeper slopes would keep the jump of a compound wave from splitting.
         let steep = if self.bends.is_empty() { STEEPEST } else { 1.0 };
-        let Scratch { sigma, z, .. } = &mut self.work;
+        let StageScratch { sigma, z, .. } = &mut self.work;
         if !self.bar.material.fill(lam, sigma, z) {
             return Err(self.outside(lam));
         }
@@ -204,7 +204,7 @@ impl FiniteVolumes {
                 .edge(side, self.h, [lam, v], mass[side], force[side])
         });
         let (left, right) = (left?, right?);
-        let Scratch {
+        let StageScratch {
             sigma,
             z,
             sides,
@@ -287,7 +287,7 @@ impl FiniteVolumes {
     /// are faster than either cell's own.
     fn solve_exactly(&mut self, lam: &[f64], v: &[f64]) -> Result<()> {
         let (material, density) = (&self.bar.material, self.bar.material.density());
-        let Scratch {
+        let StageScratch {
             sigma,
             z,
             faces: [fs, fv],

@@ -8,7 +8,7 @@ use snaprod_core::solve::dop853::{Dop853, Step};
 
 /// A bar in motion by one spectral element.
 pub struct Spectral {
-    element: Element,
+    element: SpectralElement,
     integrator: Dop853<DVector<f64>>,
     step: Step<DVector<f64>>,
     /// The bar's own units of the states, relative to which errors count: metal in metres would otherwise demand
@@ -20,7 +20,7 @@ pub struct Spectral {
 }
 
 /// The element: the state is (positions, velocities, work, impulse, time).
-struct Element {
+struct SpectralElement {
     bar: Bar,
     /// Material coordinates of the nodes.
     x: Vec<f64>,
@@ -48,7 +48,7 @@ impl Spectral {
                  scheme = \"finite-volume\""
             )));
         }
-        let element = Element::new(bar, nodes);
+        let element = SpectralElement::new(bar, nodes);
         let (stretch, velocity) = bar.sampled(element.x.iter().copied())?;
         // Places from the stretch between the nodes, by quadrature.
         let rule = Rule::new(nodes);
@@ -108,7 +108,7 @@ impl Spectral {
     }
 }
 
-impl Element {
+impl SpectralElement {
     fn new(bar: &Bar, count: usize) -> Self {
         let (nodes, weights) = lobatto(count);
         let n = count - 1;

@@ -10,7 +10,7 @@
 //! those of the first sweeps of a step, the rule is corrected by the second derivatives at both ends. The error is
 //! then of fifth order, and later places are carried from the new one.
 
-use super::At;
+use super::IntegralsAtEight;
 use crate::math::Row;
 use crate::math::lanes8::Eight;
 use crate::math::real::Real;
@@ -37,7 +37,7 @@ pub(super) struct Base {
 impl Base {
     /// Base at the places `q` with their integrals.
     #[inline(always)]
-    pub fn new<S: Simd>(q: &[Row; 2], at: &At<S>) -> Self {
+    pub fn new<S: Simd>(q: &[Row; 2], at: &IntegralsAtEight<S>) -> Self {
         let [lam_p, b_p] = at.by_p();
         Self {
             p: q[0],
@@ -57,8 +57,8 @@ impl Base {
 
     /// Integrals of the base.
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S) -> At<S> {
-        At {
+    fn at<S: Simd>(&self, simd: S) -> IntegralsAtEight<S> {
+        IntegralsAtEight {
             kap: Eight::of(simd, self.kap),
             kap_c: Eight::of(simd, self.kap_c),
             s: Eight::of(simd, self.s),
@@ -79,7 +79,7 @@ pub(super) fn update_integrals<S: Simd>(
     base: &Base,
     error: f64,
     q: [Eight<S>; 2],
-) -> Option<(At<S>, bool)> {
+) -> Option<(IntegralsAtEight<S>, bool)> {
     let [p, w] = q;
     let before = base.at(simd);
     let (dp, dw) = (p - Eight::of(simd, base.p), w - Eight::of(simd, base.w));
@@ -106,7 +106,7 @@ pub(super) fn update_integrals<S: Simd>(
         w2.series(&COS) * w2 + one,
         dw * (w2.series(&SIN) * w2 + one),
     );
-    let At {
+    let IntegralsAtEight {
         kap, kap_c, s, c, ..
     } = before;
     let over = kap.times_plus(sinh, cosh).inverse();
@@ -119,7 +119,7 @@ pub(super) fn update_integrals<S: Simd>(
     let d = d2.sqrt();
     let inv_d = d2.inverse() * d;
     let (lam, b) = (before.lam, before.b);
-    let mut here = At {
+    let mut here = IntegralsAtEight {
         kap,
         kap_c,
         s,
@@ -168,7 +168,7 @@ const SIN: [f64; 3] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0];
 
 /// Straight way in the chart, at one of its ends: terms of the derivatives along it, besides kap and the integrals.
 /// Derivatives are by the fraction of the way, from 0 at its start to 1 at its end.
-struct Way<S: Simd> {
+struct ChartWay<S: Simd> {
     dp: Eight<S>,
     /// c s/D and its derivative.
     held: [Eight<S>; 2],
@@ -180,10 +180,10 @@ struct Way<S: Simd> {
     steep: [Eight<S>; 2],
 }
 
-impl<S: Simd> At<S> {
+impl<S: Simd> IntegralsAtEight<S> {
     /// Terms of the way (dp, dw) at these places.
     #[inline(always)]
-    fn way(&self, dp: Eight<S>, dw: Eight<S>) -> Way<S> {
+    fn way(&self, dp: Eight<S>, dw: Eight<S>) -> ChartWay<S> {
         let Self {
             kap,
             kap_c,
@@ -200,7 +200,7 @@ impl<S: Simd> At<S> {
         let grows = kap * c * (kap * s * dw - kap_c2 * c * dp) * inv_d * inv_d;
         let slower = turned * grows * -1.0;
         let steep = dp * kap_c2 * inv;
-        Way {
+        ChartWay {
             dp,
             held: [held, (c * c - s2) * turned - held * grows],
             turned: [turned, slower],
@@ -214,11 +214,11 @@ impl<S: Simd> At<S> {
 
     /// First and second derivatives of lam and B along a way, at these places.
     #[inline(always)]
-    fn derivatives_along(&self, way: &Way<S>) -> [[Eight<S>; 2]; 2] {
+    fn derivatives_along(&self, way: &ChartWay<S>) -> [[Eight<S>; 2]; 2] {
         let Self {
             kap, kap_c, lam, b, ..
         } = *self;
-        let Way {
+        let ChartWay {
             dp,
             held,
             turned,

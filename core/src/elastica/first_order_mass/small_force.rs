@@ -53,15 +53,15 @@ pub(super) fn is_loose(force: &Vector2<f64>, x: f64, error: f64) -> bool {
     lost > BORNE * error
 }
 
-type Along = SVector<f64, NODES>;
+type NodeVector = SVector<f64, NODES>;
 /// Fields at the nodes, each with its second derivative in time.
-type Fields = [(PlaceByChart<f64>, [f64; 2]); NODES];
+type FieldsAtNodes = [(PlaceByChart<f64>, [f64; 2]); NODES];
 type Operator = SMatrix<f64, NODES, NODES>;
 
 struct NodeFields {
     /// Fractions of the rod beyond the nodes.
-    beyond: Along,
-    weights: Along,
+    beyond: NodeVector,
+    weights: NodeVector,
     /// Matrix from nodal values to the integrals from the clamp to the nodes.
     integrate: Operator,
     /// Green's operator G.
@@ -72,8 +72,8 @@ static NODES_ALONG: LazyLock<NodeFields> = LazyLock::new(|| {
     let rule = Rule::new(NODES);
     let integrate = rule.matrices().0;
     let integrate = Operator::from_fn(|i, j| integrate[(i, j)]);
-    let weights = Along::from_column_slice(&rule.weights);
-    let beyond = Along::from_fn(|i, _| 1.0 - rule.nodes[i]);
+    let weights = NodeVector::from_column_slice(&rule.weights);
+    let beyond = NodeVector::from_fn(|i, _| 1.0 - rule.nodes[i]);
     let to_tip = Operator::from_fn(|i, j| weights[j] - integrate[(i, j)]);
     NodeFields {
         beyond,
@@ -87,10 +87,10 @@ static NODES_ALONG: LazyLock<NodeFields> = LazyLock::new(|| {
 pub(super) struct LooseInertia {
     force: Vector2<f64>,
     /// Tangent at the nodes.
-    cos: Along,
-    sin: Along,
+    cos: NodeVector,
+    sin: NodeVector,
     /// Derivatives theta_F.
-    by_force: [Along; 2],
+    by_force: [NodeVector; 2],
     /// Operator (1 - G F.t)^-1 G.
     answer: Operator,
 }
@@ -100,7 +100,7 @@ impl LooseInertia {
     pub fn new(rod: &RodInertia) -> Option<Self> {
         let lam = rod.integrals.lam;
         let (nodes, turn) = (&*NODES_ALONG, rod.turn());
-        let (mut cos, mut sin) = (Along::zeros(), Along::zeros());
+        let (mut cos, mut sin) = (NodeVector::zeros(), NodeVector::zeros());
         for (i, part) in nodes.beyond.iter().enumerate() {
             let here = rod.along.place_at(*part).swing(&rod.modulus);
             let tangent = turn * Vector2::from(here.z_u);
@@ -120,20 +120,20 @@ impl LooseInertia {
     }
 
     /// Integrals of a field from the clamp to the nodes, and to the end.
-    fn integrate_field(field: [Along; 2]) -> ([Along; 2], [f64; 2]) {
+    fn integrate_field(field: [NodeVector; 2]) -> ([NodeVector; 2], [f64; 2]) {
         let nodes = &*NODES_ALONG;
         let whole = field.map(|f| nodes.weights.dot(&f));
         (field.map(|f| nodes.integrate * f), whole)
     }
 
     /// Derivative of the tangent, for the change `by` of theta.
-    fn tangent_change(&self, by: &Along) -> [Along; 2] {
+    fn tangent_change(&self, by: &NodeVector) -> [NodeVector; 2] {
         [-self.sin.component_mul(by), self.cos.component_mul(by)]
     }
 
     /// Motion of the end with the velocity `v`, and the fields of the sections with their second derivatives at
     /// constant F'; `None` at a fold.
-    fn end_motion(&self, v: &Vector2<f64>) -> Option<(EndMotion, Fields)> {
+    fn end_motion(&self, v: &Vector2<f64>) -> Option<(EndMotion, FieldsAtNodes)> {
         let (place, _) = Self::integrate_field([self.cos, self.sin]);
         let [(by_x, end_x), (by_y, end_y)] =
             [0, 1].map(|k| Self::integrate_field(self.tangent_change(&self.by_force[k])));
@@ -158,7 +158,7 @@ impl LooseInertia {
             end: end.into(),
             spin: 0.0,
         };
-        let at = |field: &[Along; 2], i: usize| [field[0][i], field[1][i]];
+        let at = |field: &[NodeVector; 2], i: usize| [field[0][i], field[1][i]];
         let fields = std::array::from_fn(|i| {
             let field = [at(&place, i), at(&by_x, i), at(&by_y, i)];
             (field, at(&second, i))
@@ -179,7 +179,7 @@ impl LooseInertia {
 
 /// Integrals along the rod of the integrand `each`.
 fn sums<const K: usize>(
-    fields: &Fields,
+    fields: &FieldsAtNodes,
     each: impl Fn(&PlaceByChart<f64>, &[f64; 2]) -> [f64; K],
 ) -> [f64; K] {
     let mut sums = [0.0; K];

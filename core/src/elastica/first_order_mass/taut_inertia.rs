@@ -41,7 +41,7 @@ pub struct TautInertia {
     ln_t: f64,
     /// exp(-lam).
     faded: f64,
-    clamp: Bend,
+    clamp: TautBend,
     /// Relative error allowed in the integrals along the rod.
     error: f64,
     /// Start of the straight part in sigma, to that error; at most lam.
@@ -50,7 +50,7 @@ pub struct TautInertia {
 
 /// Shape functions of y.
 #[derive(Debug, Clone, Copy)]
-struct Bend<T = f64> {
+struct TautBend<T = f64> {
     /// y^2/(1 + y^2).
     f: T,
     /// y/(1 + y^2).
@@ -59,7 +59,7 @@ struct Bend<T = f64> {
     c: T,
 }
 
-impl<T: Real> Bend<T> {
+impl<T: Real> TautBend<T> {
     /// Shape functions from y and 1/(1 + y^2).
     #[inline(always)]
     fn new(y: T, over: T) -> Self {
@@ -75,7 +75,7 @@ impl<T: Real> Bend<T> {
 /// Section at the distance sigma from the clamp.
 struct TautSection<T = f64> {
     sigma: T,
-    bend: Bend<T>,
+    bend: TautBend<T>,
     /// rho = -d ln y/d ln lam, and d rho/d ln lam - rho.
     rho: T,
     rise: T,
@@ -102,7 +102,7 @@ impl TautInertia {
                 t,
                 ln_t,
                 faded: (-lam).exp(),
-                clamp: Bend::new(t, 1.0 / (1.0 + t * t)),
+                clamp: TautBend::new(t, 1.0 / (1.0 + t * t)),
                 error: EXACT,
                 reach: lam,
             };
@@ -152,7 +152,7 @@ impl TautInertia {
         let [_, by_t, by_l] = self.field(&end);
         let inverse = Matrix2::new(by_t[0], by_l[0], by_t[1], by_l[1]).try_inverse()?;
         // cos gam and sin gam, gam = 4 atan T.
-        let Bend { g, c, .. } = self.clamp;
+        let TautBend { g, c, .. } = self.clamp;
         let (cos, sin) = (c * c - 4.0 * g * g, 4.0 * g * c);
         let turn = Matrix2::new(cos, -sin, sin, cos);
         let scale = 0.25 * self.lam;
@@ -208,7 +208,7 @@ impl TautInertia {
     /// [`Self::field`] and [`Self::second`] on the straight part, y = 0.
     #[inline(always)]
     fn straight(&self, sigma: f64, rate: &Vector2<f64>) -> (PlaceByChart<f64>, [f64; 2]) {
-        let Bend { f, g, c } = self.clamp;
+        let TautBend { f, g, c } = self.clamp;
         let (square, beyond) = (g * g, sigma - 2.0 * f);
         let field = [
             [0.25 * sigma - f, -g],
@@ -240,7 +240,7 @@ impl TautInertia {
         let per = u * square * over;
         TautSection {
             sigma,
-            bend: Bend::new(y, sinh * over),
+            bend: TautBend::new(y, sinh * over),
             rho: u.all(self.lam) - per * cosh,
             rise: back * per * per * 4.0,
         }
@@ -250,7 +250,7 @@ impl TautInertia {
     fn end(&self) -> TautSection {
         TautSection {
             sigma: self.lam,
-            bend: Bend::new(0.0, 1.0),
+            bend: TautBend::new(0.0, 1.0),
             rho: self.lam - 1.0,
             rise: 1.0,
         }
@@ -259,7 +259,7 @@ impl TautInertia {
     /// Position times lam/4, and its derivatives by ln T and ln lam.
     #[inline(always)]
     fn field<T: Real>(&self, at: &TautSection<T>) -> PlaceByChart<T> {
-        let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
+        let (clamp, TautBend { f, g, c }) = (&self.clamp, at.bend);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
         let pulled = at.rho * g;
         [
@@ -278,7 +278,7 @@ impl TautInertia {
     /// same function.
     #[inline(always)]
     fn second<T: Real>(&self, at: &TautSection<T>, rate: &Vector2<f64>) -> [T; 2] {
-        let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
+        let (clamp, TautBend { f, g, c }) = (&self.clamp, at.bend);
         let (rho, g2, gc) = (at.rho, g * g, g * c);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
         let steady = clamp.g * clamp.c;
@@ -313,13 +313,13 @@ impl TautInertia {
 impl OnEquilibria for TautInertia {
     fn sums_with_weight(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 12])> {
         let motion = self.end_motion(v)?;
-        let sums = self.integrals(&Heavy, &motion.rate);
+        let sums = self.integrals(&TautHeavy, &motion.rate);
         Some((motion, sums))
     }
 
     fn sums_on_moving_clamp(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 20])> {
         let motion = self.end_motion(v)?;
-        let sums = self.integrals(&Moved, &motion.rate);
+        let sums = self.integrals(&TautMoved, &motion.rate);
         Some((motion, sums))
     }
 }
@@ -340,11 +340,11 @@ impl WithSimd for WideInertia<'_> {
         let moving = rod.end_motion(v)?;
         let ([places, weights], rate) = (rod.nodes(), &moving.rate);
         if *gravity == Vector2::zeros() {
-            let each = &Weightless;
+            let each = &TautWeightless;
             let bend = simd_sums::sums_in(simd, &TautSections { rod, each, rate }, places, weights);
             return moving.mass_and_force(rod.with_straight(bend, each, rate), &Vector2::zeros());
         }
-        let each = &Heavy;
+        let each = &TautHeavy;
         let bend = simd_sums::sums_in(simd, &TautSections { rod, each, rate }, places, weights);
         let [n11, n12, n22, f1, f2, turned, along @ ..] = rod.with_straight(bend, each, rate);
         let weight = moving.weight_integral(along, gravity);
@@ -357,27 +357,27 @@ trait Integrand<const K: usize> {
     fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; K];
 }
 
-struct Weightless;
+struct TautWeightless;
 
-impl Integrand<6> for Weightless {
+impl Integrand<6> for TautWeightless {
     #[inline(always)]
     fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; 6] {
         inertia_integrand(field, second)
     }
 }
 
-struct Heavy;
+struct TautHeavy;
 
-impl Integrand<12> for Heavy {
+impl Integrand<12> for TautHeavy {
     #[inline(always)]
     fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; 12] {
         inertia_integrand_with_weight(field, second)
     }
 }
 
-struct Moved;
+struct TautMoved;
 
-impl Integrand<20> for Moved {
+impl Integrand<20> for TautMoved {
     #[inline(always)]
     fn of<T: Real>(&self, field: &PlaceByChart<T>, second: &[T; 2]) -> [T; 20] {
         moving_clamp_integrand(field, second)

@@ -4,7 +4,9 @@
 //! many whole turns are added to the difference of the determinants' arguments at both ends of the step.
 
 use super::tangent::cross;
-use super::{Collocated, CollocationStep, Columns, Integration, MAX_COLUMNS, Vector, largest};
+use super::{
+    Collocated, CollocationStep, Integration, MAX_COLUMNS, SweptColumns, VectorField, largest,
+};
 use crate::error::Result;
 use crate::math::lanes8::Eight;
 use crate::math::real::Real;
@@ -72,9 +74,9 @@ impl DeterminantAngle {
         &mut self,
         along: &Integration,
         step: &CollocationStep<S>,
-        columns: &Columns,
+        columns: &SweptColumns,
         r: &[f64; 3],
-        to: &mut Columns,
+        to: &mut SweptColumns,
     ) -> bool {
         let rate = self.rate(along, step, columns);
         let (expected, fastest) = (step.rule.integral(&rate), rate.abs().greatest());
@@ -87,7 +89,7 @@ impl DeterminantAngle {
         &self,
         along: &Integration,
         step: &CollocationStep<S>,
-        columns: &Columns,
+        columns: &SweptColumns,
     ) -> Eight<S> {
         let CollocationStep { rule, at, .. } = step;
         let ([m1, m2, m3], n) = (along.couple(step.from), along.n);
@@ -157,7 +159,7 @@ impl DeterminantAngle {
         &mut self,
         along: &Integration,
         r: &[f64; 3],
-        to: &mut Columns,
+        to: &mut SweptColumns,
         expected: f64,
         fastest: f64,
     ) -> bool {
@@ -191,7 +193,7 @@ impl Integration<'_> {
     fn conjugate(
         &self,
         r: &[f64; 3],
-        columns: &Columns,
+        columns: &SweptColumns,
     ) -> (SMatrix<f64, 3, MAX_COLUMNS>, SMatrix<f64, 3, MAX_COLUMNS>) {
         let part = |pairs: &[[f64; 6]; MAX_COLUMNS], from: usize| {
             SMatrix::<f64, 3, MAX_COLUMNS>::from_fn(|i, k| pairs[k][from + i])
@@ -205,7 +207,7 @@ impl Integration<'_> {
 }
 
 /// Real and imaginary parts of a vector field.
-type Complexes<S> = [Vector<S>; 2];
+type Complexes<S> = [VectorField<S>; 2];
 
 /// a x b.
 #[inline(always)]

@@ -28,8 +28,8 @@
 //! values of the sweep before.
 
 use super::{
-    Columns, Integration, MAX_COLUMNS, MOST_SWEEPS, Matrix, NodeSections, SweptSlopes,
-    VariationStart, Vector,
+    Integration, MAX_COLUMNS, MOST_SWEEPS, MatrixField, NodeSections, SweptColumns, SweptSlopes,
+    VariationStart, VectorField,
 };
 use crate::math::lanes8::{Eight, GaussRule};
 use crate::section::Compliance;
@@ -42,7 +42,7 @@ impl Integration<'_> {
     fn compliance_changes<S: Simd>(
         &self,
         at: &NodeSections<S>,
-        r: &Vector<S>,
+        r: &VectorField<S>,
     ) -> [[Eight<S>; 6]; 6] {
         let zero = at.energy.with(0.0);
         let none = [[zero; 3]; 3];
@@ -95,7 +95,11 @@ impl Integration<'_> {
 
     /// y at a section: change of couple and force by each column.
     #[inline(always)]
-    fn couple_and_force_changes(&self, r: &[f64; 3], columns: &Columns) -> [[f64; 6]; MAX_COLUMNS] {
+    fn couple_and_force_changes(
+        &self,
+        r: &[f64; 3],
+        columns: &SweptColumns,
+    ) -> [[f64; 6]; MAX_COLUMNS] {
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let mut all = [[0.0; 6]; MAX_COLUMNS];
         for (y, (at, base)) in (all.iter_mut()).zip(columns.tangent.iter().zip(&columns.base)) {
@@ -121,7 +125,7 @@ impl Integration<'_> {
         at: &NodeSections<S>,
         rule: &GaussRule<S>,
         r: &[f64; 3],
-        columns: &Columns,
+        columns: &SweptColumns,
         start: VariationStart<'_, S>,
         slopes: &mut [[Eight<S>; 6]],
     ) -> Option<usize> {
@@ -264,7 +268,7 @@ fn product<S: Simd>(a: &[Eight<S>; 6], x: &[Eight<S>; 6]) -> Eight<S> {
 
 /// a x b.
 #[inline(always)]
-pub(super) fn cross<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
+pub(super) fn cross<S: Simd>(a: &VectorField<S>, b: &VectorField<S>) -> VectorField<S> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -274,7 +278,7 @@ pub(super) fn cross<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
 
 /// R diag(c) R^T.
 #[inline(always)]
-fn turned_diagonal<S: Simd>(d: &Matrix<S>, c: [f64; 3]) -> Matrix<S> {
+fn turned_diagonal<S: Simd>(d: &MatrixField<S>, c: [f64; 3]) -> MatrixField<S> {
     let mut scaled = *d;
     let mut all = *d;
     for k in 0..3 {
@@ -297,7 +301,12 @@ fn turned_diagonal<S: Simd>(d: &Matrix<S>, c: [f64; 3]) -> Matrix<S> {
 
 /// R C R^T for the 3 x 3 block of C at (row, column).
 #[inline(always)]
-fn rotate_block<S: Simd>(d: &Matrix<S>, c: &Matrix6<f64>, row: usize, column: usize) -> Matrix<S> {
+fn rotate_block<S: Simd>(
+    d: &MatrixField<S>,
+    c: &Matrix6<f64>,
+    row: usize,
+    column: usize,
+) -> MatrixField<S> {
     let mut half = *d;
     let mut all = *d;
     for k in 0..3 {

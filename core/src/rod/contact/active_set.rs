@@ -1,10 +1,14 @@
 //! Equilibria with touches, found from the free rod by continuation.
 
 use super::super::ivp::Wrench;
-use super::closest_points::Low;
+use super::super::problem::Trial;
+use super::closest_points::{Low, TouchedSteps};
 use super::equations::{Stations, Touching};
 use super::index::Index;
-use super::{ContactEquilibrium, ContactGuess, ContactProblem, Touch, TouchPoint, Way};
+use super::{
+    ContactEquilibrium, ContactGuess, ContactProblem, HELD_DEPTH, Line, ScaledTouch, TouchLine,
+    TouchPoint, Way,
+};
 use crate::error::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -18,11 +22,18 @@ const LAM: f64 = 18.0;
 const POOR: f64 = 1e-7;
 /// Distance along the rod below which a closest point is the touch itself.
 const SAME_TOUCH: f64 = 1e-6;
+/// Length of a line that begins, and distance of a line from an end of the rod at which the line may reach the end.
+const FIRST_LENGTH: f64 = 1e-3;
+const NEAR_END: f64 = 0.1;
+/// Places of a line at which the pressure is looked at.
+const LINE_PROBES: usize = 32;
 /// Changes of the set of touches at one problem before the search gives up.
 const CHANGES: usize = 24;
 /// The shortest step of a continuation, and that after which line contact or a corner is believed.
 const SHORTEST_STEP: f64 = 1e-4;
 const SHORT_STEP: f64 = 0.01;
+/// Change of the base wrench against the one expected, relative, above which a step of a continuation is halved.
+const FAR: f64 = 0.5;
 /// Cosine between normals below which an obstacle may have changed the side of the rod, and the least step of the test
 /// between both places.
 const TURNED: f64 = 0.5;
@@ -70,10 +81,18 @@ impl Settled {
 }
 
 impl Touching {
+    /// True if the base wrench is another one than that expected: the equilibrium may be one of another branch.
+    fn is_far_from(&self, expected: &Self) -> bool {
+        (self.b - expected.b).norm() > FAR * (1.0 + expected.b.norm())
+    }
+
     /// True if the closest point is one of the touches.
     pub(super) fn touches_at(&self, low: &Low) -> bool {
-        (self.touches.iter())
-            .any(|touch| touch.surface == low.surface && (touch.s - low.s).abs() < SAME_TOUCH)
+        (self.touches.iter()).any(|touch| {
+            touch.surface == low.surface
+                && low.s > touch.s - SAME_TOUCH
+                && low.s < touch.to() + SAME_TOUCH
+        })
     }
 }
 
@@ -187,6 +206,9 @@ impl ContactProblem {
             let guess = problem.extrapolated(before.as_ref(), (t, &here.at), next);
             let settled = problem.settle(&guess).and_then(|found| {
                 match problem.passes_through(&here.lows, &found.lows) {
+                    None if step > SHORT_STEP && found.at.is_far_from(&guess) => Err(Halt::Lost(
+                        Error::no_convergence("the rod would snap to another shape"),
+                    )),
                     None => Ok(found),
                     Some(surface) => Err(Halt::Lost(Error::unreachable(format!(
                         "the rod would snap past obstacle {}",
@@ -222,7 +244,7 @@ impl ContactProblem {
         };
         let alike = from.touches.len() == here.touches.len()
             && (from.touches.iter().zip(&here.touches))
-                .all(|(a, b)| a.surface == b.surface && a.at_end == b.at_end);
+                .all(|(a, b)| a.surface == b.surface && a.has() == b.has());
         if !alike {
             return here.clone();
         }
@@ -248,7 +270,13 @@ impl ContactProblem {
                 )));
             }
             let s = touch.s.map_or(1.0, |s| s / length);
-            if touch.s.is_some() && !(s > 0.0 && s < 1.0) {
+            let line = (touch.length > 0.0).then(|| Line::over(s, touch.length / length));
+            let least = if line.is_some() {
+                0.0
+            } else {
+                f64::MIN_POSITIVE
+            };
+            if touch.s.is_some() && !(s >= least && s < 1.0) {
                 return Err(Error::domain(format!(
                     "a touch of the guess is at s/L = {s}; it must be between the clamp, 0, and the end, 1"
                 )));
@@ -258,11 +286,12 @@ impl ContactProblem {
                     "a touch of the guess is at the end, whose place is held; give its arclength",
                 ));
             }
-            touches.push(Touch {
+            touches.push(ScaledTouch {
                 surface: touch.surface,
                 s,
                 at_end: touch.s.is_none(),
                 reaction: touch.reaction / unit,
+                line,
             });
         }
         Ok(Touching {
@@ -313,10 +342,18 @@ impl ContactProblem {
         let mut guess = guess.clone();
         self.refuse_pull(&guess.b)?;
         for _ in 0..CHANGES {
-            let at = self.polish(&guess)?;
+            let polished = self.polish(&guess);
+            // A gap between clamp and line closes as the fourth power of its length: it is rounding long before.
+            let longer = self.with_longer_lines(polished.as_ref().unwrap_or(&guess))?;
+            let at = match longer.map(|longer| self.polish(&longer)) {
+                Some(Ok(longer)) if self.ends_as_held(&longer)? => longer,
+                _ => polished?,
+            };
             let size = 1.0 + at.b.norm();
             let pulling = (0..at.touches.len())
-                .filter(|i| at.touches[*i].reaction < -ROUNDING * size)
+                .filter(|i| {
+                    at.touches[*i].line.is_none() && at.touches[*i].reaction < -ROUNDING * size
+                })
                 .min_by(|i, j| {
                     let reaction = |i: &usize| at.touches[*i].reaction;
                     reaction(i).total_cmp(&reaction(j))
@@ -332,7 +369,11 @@ impl ContactProblem {
                 guess = moved;
                 continue;
             }
-            self.refuse_lines(&at, &stations)?;
+            if let Some(changed) = self.with_lines(&at, &stations) {
+                guess = changed;
+                continue;
+            }
+            self.refuse_pulling_lines(&at, &shape, &stations)?;
             let lows = self.lows(&shape)?;
             let entered = lows.iter().filter(|low| !at.touches_at(low));
             let entered: Vec<Low> = (entered.copied())
@@ -372,42 +413,165 @@ impl ContactProblem {
             let slope = section.slope(gap);
             if touch.at_end && slope > ROUNDING {
                 let curvature = section.relative_curvature(gap);
-                if curvature <= FLAT {
+                if curvature > FLAT {
+                    touch.at_end = false;
+                    touch.s = 1.0 - (slope / curvature).clamp(1e-6, 0.5);
+                } else if self.is_planar() {
+                    *touch = touch.as_line_to_end(FIRST_LENGTH);
+                } else {
                     return Err(self.line_contact(touch));
                 }
-                touch.at_end = false;
-                touch.s = 1.0 - (slope / curvature).clamp(1e-6, 0.5);
                 return Ok(Some(moved));
             }
         }
         Ok(None)
     }
 
-    fn refuse_lines(&self, at: &Touching, stations: &Stations) -> Result<(), Halt> {
-        for (touch, (section, gap)) in at.touches.iter().zip(&stations.at) {
-            if !touch.at_end && !(section.relative_curvature(gap) > FLAT) {
-                return Err(self.line_contact(touch));
+    /// The touches with a flat point made a line, or a line of negative length made a point; None if there is none.
+    fn with_lines(&self, at: &Touching, stations: &Stations) -> Option<Touching> {
+        let mut changed = at.clone();
+        for (touch, (section, gap)) in changed.touches.iter_mut().zip(&stations.at) {
+            match touch.line {
+                None if touch.at_end => {}
+                None if section.relative_curvature(gap) > FLAT => {}
+                None => {
+                    *touch = touch.as_line(section.n.dot(&gap.normal), FIRST_LENGTH);
+                    return Some(changed);
+                }
+                Some(line) if line.length < -SAME_TOUCH => {
+                    touch.reaction += section.n.dot(&gap.normal);
+                    touch.line = None;
+                    return Some(changed);
+                }
+                Some(_) => {}
             }
+        }
+        None
+    }
+
+    /// The touches with a line near an end of the rod made one that begins at the clamp, or goes on to the end. The
+    /// clamp has to lie along the surface.
+    pub(super) fn with_longer_lines(&self, at: &Touching) -> Result<Option<Touching>> {
+        let clamp = self.loaded().clamp(&at.b)?;
+        let mut longer = at.clone();
+        for touch in &mut longer.touches {
+            let Some(line) = &mut touch.line else {
+                continue;
+            };
+            let gap = self.gap(touch.surface, &clamp.r);
+            let lies =
+                gap.value.abs() < HELD_DEPTH.max(ROUNDING) && clamp.slope(&gap).abs() < ROUNDING;
+            let to = touch.s + line.length;
+            if !line.from_clamp && touch.s < NEAR_END && lies {
+                *line = Line {
+                    length: to,
+                    from_clamp: true,
+                    ..*line
+                };
+                touch.s = 0.0;
+                return Ok(Some(longer));
+            }
+            if !line.to_end && to > 1.0 - NEAR_END {
+                *line = Line {
+                    length: 1.0 - touch.s,
+                    to_end: true,
+                    ..*line
+                };
+                touch.reaction = 0.0;
+                return Ok(Some(longer));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Refuses a line whose end would pull, whose surface would have to pull, or whose rod would not end as it is held.
+    fn refuse_pulling_lines(
+        &self,
+        at: &Touching,
+        shape: &TouchedSteps<'_>,
+        stations: &Stations,
+    ) -> Result<(), Halt> {
+        let size = 1.0 + at.b.norm();
+        let length = self.rod().length;
+        let mut lying = shape.lying();
+        for (touch, (section, gap)) in at.touches.iter().zip(&stations.at) {
+            let (Some(line), Some(stretch)) = (touch.line, lying.next()) else {
+                continue;
+            };
+            let before = if line.from_clamp {
+                0.0
+            } else {
+                section.n.dot(&gap.normal)
+            };
+            let least = (0..=LINE_PROBES)
+                .map(|k| {
+                    stretch.pressure(
+                        shape.load(),
+                        stretch.from + (stretch.to - stretch.from) * k as f64 / LINE_PROBES as f64,
+                    )
+                })
+                .fold(f64::INFINITY, f64::min);
+            let why = if before < -ROUNDING * size || touch.reaction < -ROUNDING * size {
+                "an end of the line would have to pull"
+            } else if least < -ROUNDING * size {
+                "the surface would have to pull between the ends of the line"
+            } else if !(self
+                .gap(touch.surface, &shape.section(touch.to())?.r)
+                .value
+                .abs()
+                < 1e-9)
+            {
+                "the line would go over an edge of the obstacle"
+            } else {
+                continue;
+            };
+            return Err(Halt::Line(Error::unreachable(format!(
+                "line contact: the rod lies along obstacle {} from s = {:.6} to {:.6}, and {why}; such states are not solved here",
+                touch.surface + 1,
+                touch.s * length,
+                touch.to() * length
+            ))));
+        }
+        if !self.ends_as_held(at)? {
+            return Err(Halt::Line(Error::unreachable(
+                "line contact: the rod would lie along an obstacle up to its end, which is held, or loaded by a couple, otherwise",
+            )));
         }
         Ok(())
     }
 
-    fn line_contact(&self, touch: &Touch) -> Halt {
+    fn line_contact(&self, touch: &ScaledTouch) -> Halt {
         Halt::Line(Error::unreachable(format!(
-            "line contact: the touch of obstacle {} at s = {:.6} has lost its relative curvature, and the rod would lie along the obstacle; \
-             only touches at points are solved here",
+            "line contact: the touch of obstacle {} at s = {:.6} has lost its relative curvature, and the rod would lie along the obstacle \
+             outside of a plane of symmetry; only rods in a plane lie on obstacles",
             touch.surface + 1,
             touch.s * self.rod().length
         )))
     }
 
+    /// True unless the rod lies on a surface up to its end, and misses the turn, the place or the couple there that the
+    /// end condition gives. A force across the surface is borne by the surface.
+    fn ends_as_held(&self, at: &Touching) -> Result<bool> {
+        if !at.touches.iter().any(ScaledTouch::goes_on_to_end) {
+            return Ok(true);
+        }
+        let end = self.shape_of(&at.b, &at.touches)?.section(1.0)?;
+        let misses = (self.problem).residual(&Trial::bare(end.r, end.rotation, end.m, end.n));
+        let placed = self.end_is_free() || misses.fixed_rows::<3>(3).norm() < ROUNDING.sqrt();
+        Ok(placed && misses.fixed_rows::<3>(0).norm() < ROUNDING.sqrt())
+    }
+
     /// The touches with those where the rod has entered an obstacle.
     fn with_touches(&self, at: &Touching, entered: &[Low]) -> Result<Touching, Halt> {
-        let old = at.touches.len();
-        if old + entered.len() > self.options.max_touches {
+        let old = at
+            .touches
+            .iter()
+            .filter(|touch| touch.line.is_none())
+            .count();
+        if at.touches.len() + entered.len() > self.options.max_touches {
             return Err(Halt::Lost(Error::domain(format!(
                 "the rod would touch at {} places, more than max_touches = {} allows; raise the limit, or use a barrier",
-                old + entered.len(),
+                at.touches.len() + entered.len(),
                 self.options.max_touches
             ))));
         }
@@ -420,11 +584,12 @@ impl ContactProblem {
                     -low.gap * self.rod().length
                 ))));
             }
-            more.touches.push(Touch {
+            more.touches.push(ScaledTouch {
                 surface: low.surface,
                 s: low.s,
                 at_end: low.at_end,
                 reaction: 0.0,
+                line: None,
             });
         }
         let beneath = self.compliance(&self.balanced(&more)?.jacobian, &more.touches)?;
@@ -447,27 +612,38 @@ impl ContactProblem {
     pub(super) fn compliance(
         &self,
         jacobian: &DMatrix<f64>,
-        touches: &[Touch],
+        touches: &[ScaledTouch],
     ) -> Result<DMatrix<f64>> {
-        let mut next = self.wrench_unknowns();
-        let mut own = Vec::with_capacity(touches.len());
+        let unknowns: usize = touches.iter().map(ScaledTouch::unknowns).sum();
+        let equations: usize = touches.iter().map(ScaledTouch::equations).sum();
+        let mut column = jacobian.ncols() - unknowns;
+        let mut row = jacobian.nrows() - equations;
+        // Gap and reaction of the points; lines stay.
+        let (mut own_rows, mut own) = (Vec::new(), Vec::new());
         for touch in touches {
-            own.push(next);
-            next += touch.unknowns();
+            if touch.line.is_none() {
+                own_rows.push(row);
+                own.push(column);
+            }
+            column += touch.unknowns();
+            row += touch.equations();
         }
-        let rest: Vec<usize> = (0..jacobian.ncols()).filter(|i| !own.contains(i)).collect();
+        let without = |own: &[usize]| -> Vec<usize> {
+            (0..jacobian.ncols()).filter(|i| !own.contains(i)).collect()
+        };
+        let (rest_rows, rest) = (without(&own_rows), without(&own));
         let part = |rows: &[usize], columns: &[usize]| {
             DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
                 jacobian[(rows[i], columns[j])]
             })
         };
-        let solved = part(&rest, &rest)
+        let solved = part(&rest_rows, &rest)
             .lu()
-            .solve(&part(&rest, &own))
+            .solve(&part(&rest_rows, &own))
             .ok_or_else(|| {
                 Error::ill_conditioned("the rod is at a fold with its touches set free")
             })?;
-        Ok(part(&own, &own) - part(&own, &rest) * solved)
+        Ok(part(&own_rows, &own) - part(&own_rows, &rest) * solved)
     }
 
     pub(super) fn describe(&self, settled: &Settled, way: Way) -> Result<ContactEquilibrium> {
@@ -495,19 +671,37 @@ impl ContactProblem {
         let shape = self.shape_of(&at.b, &at.touches)?;
         let stations = self.stations(at, &shape)?;
         let (state, b) = shape.state(1.0)?;
-        let mut end = rod.outward(&state, b, &self.load)?;
+        let mut end = rod.outward(&state, &b, &self.load)?;
         let turn = rod.clamp.rotation;
         let mut touches = Vec::with_capacity(at.touches.len());
+        let mut lying = shape.lying();
         for (touch, (section, gap)) in at.touches.iter().zip(&stations.at) {
             let normal = turn * gap.normal;
             if touch.at_end {
                 end.force -= normal * (touch.reaction * force);
             }
+            let lies = touch.line.and_then(|line| {
+                let stretch = lying.next()?;
+                let before = if line.from_clamp {
+                    0.0
+                } else {
+                    section.n.dot(&gap.normal)
+                };
+                Some(TouchLine {
+                    length: (stretch.to - stretch.from) * rod.length,
+                    at_start: before * force,
+                    at_end: touch.reaction * force,
+                    pressed: stretch.pressed(shape.load()) * force,
+                })
+            });
             touches.push(TouchPoint {
                 surface: touch.surface,
                 s: touch.s * rod.length,
                 at_end: touch.at_end,
-                reaction: touch.reaction * force,
+                reaction: lies.map_or(touch.reaction * force, |line| {
+                    line.at_start + line.at_end + line.pressed
+                }),
+                line: lies,
                 position: rod.clamp.translation.vector + turn * section.r * rod.length,
                 normal,
                 relative_curvature: section.relative_curvature(gap) / rod.length,
@@ -517,18 +711,28 @@ impl ContactProblem {
         let compliance = self.compliance(&balanced.jacobian, &at.touches);
         let mut order: Vec<usize> = (0..touches.len()).collect();
         order.sort_by(|i, j| touches[*i].s.total_cmp(&touches[*j].s));
-        let count = touches.len();
+        let points = order.iter().filter(|i| touches[**i].line.is_none());
+        let before = |i: &usize| {
+            touches[..*i]
+                .iter()
+                .filter(|touch| touch.line.is_none())
+                .count()
+        };
+        let own: Vec<usize> = points.map(before).collect();
+        let count = own.len();
         let compliance = compliance.map_or_else(
             |_| DMatrix::from_element(count, count, f64::INFINITY),
             |c| {
                 DMatrix::from_fn(count, count, |i, j| {
-                    c[(order[i], order[j])] * rod.length / force
+                    c[(own[i], own[j])] * rod.length / force
                 })
             },
         );
+        let has_line = at.touches.iter().any(|touch| touch.line.is_some());
         let index = match index {
-            Some(known) => known,
-            None => self.index_of(at)?,
+            Some(known) => Some(known),
+            None if has_line => None,
+            None => Some(self.index_of(at)?),
         };
         let least = (settled.inactive()).fold(f64::INFINITY, |least, low| least.min(low.gap));
         Ok(ContactEquilibrium {
@@ -537,9 +741,9 @@ impl ContactProblem {
             touches: order.iter().map(|i| touches[*i]).collect(),
             min_gap: least * rod.length,
             potential: self.load.potential(shape.work) * couple,
-            index: index.held,
-            index_released: index.released,
-            neutral: index.neutral,
+            index: index.map(|index| index.held),
+            index_released: index.map(|index| index.released),
+            neutral: index.map_or(0, |index| index.neutral),
             compliance,
             residual,
             way,

@@ -5,10 +5,10 @@
 //! root the set changes. The new sheet begins at the same equilibrium; the branch goes on to that side of it where the
 //! new reaction, or the new gap, grows. If the parameter then moves the other way the crease is a corner fold.
 
-use super::active_set::Settled;
+use super::active_set::{ROUNDING, Settled};
 use super::equations::Touching;
 use super::index::Index;
-use super::{ContactEquilibrium, ContactGuess, ContactProblem, Touch, Way};
+use super::{ContactEquilibrium, ContactGuess, ContactProblem, ScaledTouch, Way};
 use crate::error::{Error, Result};
 use crate::solve::arclength::{BranchStart, Continuation, Item, Options, Point, Stop};
 use crate::solve::lagrange::lagrange;
@@ -27,6 +27,8 @@ const NODES: usize = 8;
 const NODE_STEP: f64 = 4e-3;
 /// Distance of a touch from an end of the rod, over its length, at which the touch is about to leave the rod.
 const NEAR_END: f64 = 1e-4;
+/// Distance of a line from an end of the rod at which the line counts as having reached the end.
+const REACHED: f64 = 1e-6;
 /// Most events of a branch.
 const MOST_EVENTS: usize = 200;
 
@@ -50,8 +52,14 @@ pub enum ContactEventKind {
     Release,
     /// The touch of the free end begins to slide along the rod.
     EndSlides,
-    /// Line contact begins: the relative curvature of a touch is zero. The branch ends.
+    /// Line contact begins: the relative curvature of a touch is zero. In space the branch ends.
     Line,
+    /// A line shrinks to a point.
+    Point,
+    /// The start or the end of a line, or the surface between, would have to pull. The branch ends.
+    LineLifts,
+    /// A line reaches the clamp, which lies along the surface, or the end of the rod.
+    LineAtEnd,
     /// A touch arrives at an end of the rod: the rod slips off, or is held there. The branch ends here. The place is as
     /// exact as the shortest step of the branch.
     SlipOff,
@@ -66,13 +74,17 @@ pub enum ContactEventKind {
 }
 
 impl ContactEventKind {
-    /// "touch", "release", "end_slides", "line", "slip_off", "corner", "fold", "branch_point" or "stability_change".
+    /// "touch", "release", "end_slides", "line", "point", "line_lifts", "line_at_end", "slip_off", "corner", "fold",
+    /// "branch_point" or "stability_change".
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Touch => "touch",
             Self::Release => "release",
             Self::EndSlides => "end_slides",
             Self::Line => "line",
+            Self::Point => "point",
+            Self::LineLifts => "line_lifts",
+            Self::LineAtEnd => "line_at_end",
             Self::SlipOff => "slip_off",
             Self::Corner => "corner",
             Self::Fold => "fold",
@@ -117,6 +129,8 @@ pub enum ContactStop {
     Event(ContactEventKind),
     /// More events than a branch may have.
     TooManyEvents,
+    /// A point that cannot be described, with the reason: the rod has lost its digits.
+    Lost(String),
 }
 
 impl std::fmt::Display for ContactStop {
@@ -124,18 +138,24 @@ impl std::fmt::Display for ContactStop {
         match self {
             Self::Smooth(stop) => stop.fmt(f),
             Self::Event(ContactEventKind::Line) => {
-                f.write_str("line contact begins: the rod would lie along an obstacle")
+                f.write_str(
+                    "line contact begins: beyond, the rod would lie along an obstacle, in space or in neutral balance",
+                )
+            }
+            Self::Event(ContactEventKind::LineLifts) => {
+                f.write_str("a rod that lies along an obstacle lifts off within the line")
             }
             Self::Event(_) => f.write_str("a touch has arrived at an end of the rod"),
+            Self::Lost(why) => f.write_str(why),
             Self::TooManyEvents => write!(f, "the branch has more than {MOST_EVENTS} events"),
         }
     }
 }
 
 /// Equilibria with a given set of touches, by the parameter.
-struct Sheet<'a, F> {
+struct TouchedFamily<'a, F> {
     at: &'a F,
-    kind: Vec<Touch>,
+    kind: Vec<ScaledTouch>,
     /// Number of unknowns of the base wrench.
     wrench: usize,
     step: f64,
@@ -152,12 +172,12 @@ struct Bound {
     value: f64,
 }
 
-impl<F: Fn(f64) -> Result<ContactProblem>> Sheet<'_, F> {
+impl<F: Fn(f64) -> Result<ContactProblem>> TouchedFamily<'_, F> {
     fn residual(&self, x: &DVector<f64>, p: f64) -> Result<DVector<f64>> {
         let problem = (self.at)(p)?;
         let at = problem.touching(x, &self.kind)?;
         let stations = problem.stations(&at, &problem.shape_of(&at.b, &at.touches)?)?;
-        Ok(problem.residual(&at.touches, &stations))
+        problem.residual(&at.touches, &stations)
     }
 
     fn settled(&self, x: &DVector<f64>, p: f64) -> Result<(ContactProblem, Settled)> {
@@ -188,14 +208,32 @@ impl<F: Fn(f64) -> Result<ContactProblem>> Sheet<'_, F> {
                     value,
                 });
             };
-            add(ContactEventKind::Release, touch.reaction / size);
-            if touch.at_end {
-                add(ContactEventKind::EndSlides, -section.slope(gap));
-            } else {
-                add(
-                    ContactEventKind::Line,
-                    section.relative_curvature(gap) / size,
-                );
+            let Some(line) = touch.line else {
+                add(ContactEventKind::Release, touch.reaction / size);
+                if touch.at_end {
+                    add(ContactEventKind::EndSlides, -section.slope(gap));
+                } else {
+                    add(
+                        ContactEventKind::Line,
+                        section.relative_curvature(gap) / size,
+                    );
+                }
+                continue;
+            };
+            let mut least = f64::INFINITY;
+            if !line.from_clamp {
+                least = least.min(gap.normal.dot(&section.n));
+                add(ContactEventKind::LineAtEnd, touch.s - REACHED);
+            }
+            if !line.to_end {
+                least = least.min(touch.reaction);
+                add(ContactEventKind::Point, line.length);
+                add(ContactEventKind::LineAtEnd, 1.0 - REACHED - touch.to());
+            } else if !line.from_clamp {
+                add(ContactEventKind::Point, 1.0 - REACHED - touch.s);
+            }
+            if least.is_finite() {
+                add(ContactEventKind::LineLifts, least / size);
             }
         }
         for (number, low) in lows.iter().enumerate() {
@@ -278,9 +316,59 @@ impl<F: Fn(f64) -> Result<ContactProblem>> Sheet<'_, F> {
     }
 }
 
-impl<F: Fn(f64) -> Result<ContactProblem>> Family for Sheet<'_, F> {
+impl ContactProblem {
+    /// The touches beyond an event of touch `number`: a point becomes a line, a line a point, or a line goes on to an
+    /// end of the rod. None if the branch ends there.
+    fn beyond(
+        &self,
+        at: &Touching,
+        kind: ContactEventKind,
+        number: usize,
+    ) -> Result<Option<Touching>> {
+        let mut beyond = at.clone();
+        let shape = self.shape_of(&at.b, &at.touches)?;
+        let stations = self.stations(at, &shape)?;
+        let (Some(touch), Some((section, gap))) =
+            (beyond.touches.get_mut(number), stations.at.get(number))
+        else {
+            return Ok(None);
+        };
+        let before = gap.normal.dot(&section.n);
+        match (kind, touch.line) {
+            (ContactEventKind::Line, None) if self.is_planar() => {
+                *touch = touch.as_line(before, 0.0)
+            }
+            (ContactEventKind::EndSlides, None) if section.relative_curvature(gap) > ROUNDING => {
+                touch.at_end = false;
+                touch.s = 1.0 - ROUNDING;
+            }
+            (ContactEventKind::EndSlides, None) if self.is_planar() => {
+                *touch = touch.as_line_to_end(ROUNDING);
+            }
+            (ContactEventKind::Point, Some(line)) if line.from_clamp => {
+                // The clamp takes over the reaction at the end of the line.
+                let mut force = beyond.b.fixed_rows_mut::<3>(3);
+                force -= gap.normal * touch.reaction;
+                beyond.touches.remove(number);
+            }
+            (ContactEventKind::Point, Some(line)) => {
+                touch.reaction += before;
+                touch.line = None;
+                touch.at_end = line.to_end;
+                if line.to_end {
+                    touch.s = 1.0;
+                }
+            }
+            (ContactEventKind::LineAtEnd, Some(_)) => return self.with_longer_lines(at),
+            _ => return Ok(None),
+        }
+        Ok(Some(beyond))
+    }
+}
+
+impl<F: Fn(f64) -> Result<ContactProblem>> Family for TouchedFamily<'_, F> {
     fn size(&self) -> usize {
-        self.wrench + self.kind.iter().map(Touch::unknowns).sum::<usize>()
+        self.wrench + self.kind.iter().map(ScaledTouch::unknowns).sum::<usize>()
     }
 
     fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
@@ -301,6 +389,9 @@ impl<F: Fn(f64) -> Result<ContactProblem>> Family for Sheet<'_, F> {
     }
 
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {
+        if self.kind.iter().any(|touch| touch.line.is_some()) {
+            return Ok(None);
+        }
         let problem = (self.at)(p)?;
         let at = problem.touching(x, &self.kind)?;
         Ok(Some(problem.index_of(&at)?.held))
@@ -324,7 +415,7 @@ struct Follower<'a, F> {
 
 /// The sheet that follows, or the end.
 enum Next {
-    Sheet(Vec<Touch>, BranchStart),
+    Sheet(Vec<ScaledTouch>, BranchStart),
     End(ContactStop),
 }
 
@@ -374,9 +465,14 @@ impl ContactBranch {
                     return Ok(follower.branch);
                 }
                 Next::Sheet(kind, start) => {
+                    let has_line = kind.iter().any(|touch| touch.line.is_some());
                     let sheet = follower.sheet(kind);
-                    let begun = Continuation::along(&sheet, &start, follower.options.clone())?;
-                    next = follower.along(&sheet, begun)?;
+                    let begun = Continuation::along(&sheet, &start, follower.options.clone());
+                    next = match begun {
+                        // Without weight the free parts beside a line have neutral modes: the line has no one place.
+                        Err(_) if has_line => Next::End(ContactStop::Event(ContactEventKind::Line)),
+                        begun => follower.along(&sheet, begun?)?,
+                    };
                 }
             }
         }
@@ -384,8 +480,8 @@ impl ContactBranch {
 }
 
 impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
-    fn sheet(&self, kind: Vec<Touch>) -> Sheet<'a, F> {
-        Sheet {
+    fn sheet(&self, kind: Vec<ScaledTouch>) -> TouchedFamily<'a, F> {
+        TouchedFamily {
             at: self.at,
             kind,
             wrench: self.wrench,
@@ -393,7 +489,7 @@ impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
         }
     }
 
-    fn point(&self, sheet: &Sheet<'_, F>, point: &Point) -> Result<ContactBranchPoint> {
+    fn point(&self, sheet: &TouchedFamily<'_, F>, point: &Point) -> Result<ContactBranchPoint> {
         let (problem, settled) = sheet.settled(&point.x, point.p)?;
         let index = point.index.map(|held| Index {
             held,
@@ -408,14 +504,19 @@ impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
     }
 
     /// Follows one sheet to its end.
-    fn along(&mut self, sheet: &Sheet<'_, F>, begun: Continuation<'_>) -> Result<Next> {
+    fn along(&mut self, sheet: &TouchedFamily<'_, F>, begun: Continuation<'_>) -> Result<Next> {
         let mut passed = Vec::new();
         for item in begun {
             match item {
                 Item::Point(point) => {
                     passed.push((point.x.clone(), point.p));
-                    let point = self.point(sheet, &point)?;
-                    self.branch.points.push(point);
+                    match self.point(sheet, &point) {
+                        Ok(point) => self.branch.points.push(point),
+                        Err(why) if !self.branch.points.is_empty() => {
+                            return Ok(Next::End(ContactStop::Lost(why.to_string())));
+                        }
+                        Err(why) => return Err(why),
+                    }
                 }
                 Item::Stop(stop) => {
                     let slipped = matches!(stop, Stop::Undefined { .. }) && self.slip_off();
@@ -470,7 +571,7 @@ impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
             kind: ContactEventKind::SlipOff,
             surface: Some(touch.surface),
             s: Some(touch.s),
-            index: (Some(last.equilibrium.index), None),
+            index: (last.equilibrium.index, None),
             point: last.clone(),
         });
         true
@@ -479,7 +580,7 @@ impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
     /// The sheet beyond an event; `passed` are the points of the sheet before.
     fn crease(
         &mut self,
-        sheet: &Sheet<'_, F>,
+        sheet: &TouchedFamily<'_, F>,
         passed: &[(DVector<f64>, f64)],
         point: &Point,
     ) -> Result<Next> {
@@ -511,38 +612,75 @@ impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
         match bound.kind {
             ContactEventKind::Touch => {
                 let low = settled.lows.get(bound.number).ok_or_else(lost)?;
-                touching.touches.push(Touch {
+                touching.touches.push(ScaledTouch {
                     surface: low.surface,
                     s: low.s,
                     at_end: low.at_end,
                     reaction: 0.0,
+                    line: None,
                 });
             }
             ContactEventKind::Release => {
                 touching.touches.remove(bound.number);
             }
-            kind => return Ok(Next::End(ContactStop::Event(kind))),
+            kind => match problem.beyond(&touching, kind, bound.number)? {
+                Some(changed) => touching = changed,
+                None => return Ok(Next::End(ContactStop::Event(kind))),
+            },
         }
         let next = self.sheet(touching.touches.clone());
         let x = problem.unknowns(&touching);
         let mut tangent = next.tangent(&x, point.p)?;
         let n = x.len();
-        // The new reaction, or the new gap, grows.
+        // A line up to the end begins and is left a little before the end: the next sheet begins beyond its own bound.
+        let at_tip = |touch: &ScaledTouch| touch.at_end || touch.goes_on_to_end();
+        let to_tip = matches!(
+            bound.kind,
+            ContactEventKind::Point | ContactEventKind::EndSlides
+        ) && touching.touches.get(bound.number).is_some_and(at_tip);
+        let aside = if to_tip { 100.0 * REACHED } else { ASIDE };
+        // What the new sheet has more grows: reaction, gap, length or relative curvature.
         let ahead = |tangent: &DVector<f64>| -> Result<DVector<f64>> {
-            Ok(&x + tangent.rows(0, n) * ASIDE)
+            Ok(&x + tangent.rows(0, n) * aside)
         };
-        let grows = if bound.kind == ContactEventKind::Touch {
-            let own = touching.touches.last().map_or(1, Touch::unknowns);
-            tangent[n - own] > 0.0
-        } else {
-            let gap = |tangent: &DVector<f64>| -> Result<f64> {
-                let p = point.p + tangent[n] * ASIDE;
-                let problem = (self.at)(p)?;
-                let at = problem.touching(&ahead(tangent)?, &touching.touches)?;
-                let shape = problem.shape_of(&at.b, &at.touches)?;
-                Ok(problem.gap(bound.surface, &shape.section(bound.s)?.r).value)
-            };
-            gap(&tangent)? > gap(&-&tangent)?
+        // Column of reaction (0), place (1) or length (2) of a touch.
+        let entry = |number: usize, which: usize| -> Option<f64> {
+            let before = touching
+                .touches
+                .iter()
+                .take(number)
+                .map(ScaledTouch::unknowns);
+            let first = sheet.wrench + before.sum::<usize>();
+            touching.touches.get(number)?.columns(first)[which].map(|column| tangent[column])
+        };
+        let last = touching.touches.len().saturating_sub(1);
+        let measure = |tangent: &DVector<f64>| -> Result<f64> {
+            let p = point.p + tangent[n] * aside;
+            let problem = (self.at)(p)?;
+            let at = problem.touching(&ahead(tangent)?, &touching.touches)?;
+            let shape = problem.shape_of(&at.b, &at.touches)?;
+            if bound.kind != ContactEventKind::Point {
+                return Ok(problem.gap(bound.surface, &shape.section(bound.s)?.r).value);
+            }
+            let stations = problem.stations(&at, &shape)?;
+            let (section, gap) = stations.at.get(bound.number).ok_or_else(lost)?;
+            let at_end = touching.touches[bound.number].at_end;
+            Ok(if at_end {
+                -section.slope(gap)
+            } else {
+                section.relative_curvature(gap)
+            })
+        };
+        let grows = match bound.kind {
+            ContactEventKind::Touch => entry(last, 0).ok_or_else(lost)? > 0.0,
+            ContactEventKind::Line => entry(bound.number, 2).ok_or_else(lost)? > 0.0,
+            ContactEventKind::EndSlides => entry(bound.number, 1).ok_or_else(lost)? < 0.0,
+            // The branch goes on; nothing of the new sheet is zero at its beginning.
+            ContactEventKind::LineAtEnd => tangent[n] * point.tangent_p > 0.0,
+            ContactEventKind::Point if touching.touches.len() < settled.at.touches.len() => {
+                tangent[n] * point.tangent_p > 0.0
+            }
+            _ => measure(&tangent)? > measure(&-&tangent)?,
         };
         if !grows {
             tangent.neg_mut();
@@ -550,7 +688,7 @@ impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
         let direction_p = tangent[n];
         let start = BranchStart {
             x: ahead(&tangent)?,
-            p: point.p + direction_p * ASIDE,
+            p: point.p + direction_p * aside,
             direction_x: tangent.rows(0, n).into_owned(),
             direction_p,
         };

@@ -5,10 +5,12 @@
 //! roots of the cubic tell the minima. No interval is skipped for its samples, so that a thin peg between two of them
 //! is found.
 
-use super::super::distributed_load::LoadMoment;
+use super::super::distributed_load::{LoadMoment, ScaledLoad};
 use super::super::ivp::{Wrench, WrenchFlow};
-use super::touched_rod::{LoadedRod, Moving, Section, Stretch};
-use super::{ContactProblem, Touch};
+use super::super::planar::Plane;
+use super::lying::Lying;
+use super::touched_rod::{LoadedRod, Moving, Onward, Piece, Stop, Stretch, TouchedSection, stops};
+use super::{ContactProblem, ScaledTouch};
 use crate::error::{Error, Result};
 use crate::solve::cost::Cost;
 use nalgebra::Vector3;
@@ -17,13 +19,13 @@ use nalgebra::Vector3;
 const SHORT: f64 = 0.15;
 /// The shortest interval, for surfaces without a radius.
 const SHORTEST: f64 = 1e-7;
-/// The part of the rod at its clamp, and about an end, where a minimum is that of the end.
+/// Length at the clamp and at the end of the rod within which a minimum belongs to the end.
 const AT_END: f64 = 1e-9;
 
 /// The steps of the integration along a rod with touches.
-pub(super) struct Shape<'a> {
+pub(super) struct TouchedSteps<'a> {
     rod: LoadedRod<'a>,
-    stretches: Vec<Stretch<0>>,
+    pieces: Vec<Piece<0>>,
     /// Work int f.r ds of the load along the rod.
     pub(super) work: f64,
 }
@@ -69,45 +71,64 @@ impl Probe {
 
 impl ContactProblem {
     /// The rod under a base wrench and touches.
-    pub(super) fn shape_of(&self, b: &Wrench, touches: &[Touch]) -> Result<Shape<'_>> {
+    pub(super) fn shape_of(&self, b: &Wrench, touches: &[ScaledTouch]) -> Result<TouchedSteps<'_>> {
         let rod = self.loaded();
-        let mut sorted = touches.to_vec();
-        sorted.sort_by(|a, b| a.s.total_cmp(&b.s));
-        let mut stops: Vec<f64> = sorted.iter().map(|touch| touch.s).collect();
-        stops.push(1.0);
-        let mut stretches = Vec::with_capacity(stops.len());
+        let normal = self.plane.as_ref().map(Plane::normal);
+        let stops = stops(touches);
+        let places: Vec<f64> = stops.iter().map(Stop::place).collect();
+        let mut pieces = Vec::with_capacity(stops.len());
         rod.walk::<0>(
             b,
-            &stops,
-            |stretch| stretches.push(stretch),
-            |k, here| match sorted.get(k) {
-                Some(touch) => self.gap(touch.surface, &here.r).normal * touch.reaction,
-                None => Vector3::zeros(),
+            &places,
+            |piece| pieces.push(piece),
+            |k, here, energy| {
+                let push = |touch: &ScaledTouch| {
+                    let gap = self.gap(touch.surface, &here.r);
+                    Onward::Free(gap.normal * touch.reaction)
+                };
+                Ok(match stops[k] {
+                    Stop::End => Onward::Free(Vector3::zeros()),
+                    Stop::Touch(i, _) if touches[i].line.is_some() => {
+                        let gap = |k: usize, r: &Vector3<f64>| self.gap(k, r);
+                        let lying = rod.lying(&touches[i], (here, energy), gap, normal.as_ref())?;
+                        Onward::Lies(Box::new(lying))
+                    }
+                    Stop::Touch(i, _) | Stop::Lift(i, _) => push(&touches[i]),
+                })
             },
         )?;
-        let works = stretches.iter().map(Stretch::work);
-        Ok(Shape {
+        let works = pieces.iter().map(|piece| match piece {
+            Piece::Free(stretch) => stretch.work(),
+            Piece::Lying(lying) => lying.work(rod.load),
+        });
+        Ok(TouchedSteps {
             rod,
             work: works.sum(),
-            stretches,
+            pieces,
         })
     }
 
     /// The places where the rod is closest to each surface: minima of the gap inside, and the end if the gap falls
     /// towards it. Clamp and places of the gap's maxima are left out.
-    pub(super) fn lows(&self, shape: &Shape<'_>) -> Result<Vec<Low>> {
+    pub(super) fn lows(&self, shape: &TouchedSteps<'_>) -> Result<Vec<Low>> {
         let mut lows = Vec::new();
         for surface in 0..self.surfaces.len() {
             let probe = |s: f64| self.probe(shape, surface, s);
             let mut before = probe(0.0)?;
-            for step in shape.stretches.iter().flat_map(|stretch| &stretch.steps) {
-                let after = probe(step.to.s)?;
-                minima(&before, &after, &probe, &mut |low| {
-                    if low.s > AT_END && low.s < 1.0 - AT_END {
-                        lows.push(low.low(surface, false));
-                    }
-                })?;
-                before = after;
+            for piece in &shape.pieces {
+                let places: Vec<f64> = match piece {
+                    Piece::Free(stretch) => stretch.steps.iter().map(|step| step.to.s).collect(),
+                    Piece::Lying(lying) => vec![lying.to],
+                };
+                for to in places {
+                    let after = probe(to)?;
+                    minima(&before, &after, &probe, &mut |low| {
+                        if low.s > AT_END && low.s < 1.0 - AT_END {
+                            lows.push(low.low(surface, false));
+                        }
+                    })?;
+                    before = after;
+                }
             }
             if before.slope < 0.0 {
                 lows.push(before.low(surface, true));
@@ -116,7 +137,7 @@ impl ContactProblem {
         Ok(lows)
     }
 
-    fn probe(&self, shape: &Shape<'_>, surface: usize, s: f64) -> Result<Probe> {
+    fn probe(&self, shape: &TouchedSteps<'_>, surface: usize, s: f64) -> Result<Probe> {
         let here = shape.section(s)?;
         let gap = self.gap(surface, &here.r);
         let turn = here.turn.norm();
@@ -140,28 +161,31 @@ impl Stretch<0> {
     }
 }
 
-impl Shape<'_> {
+impl TouchedSteps<'_> {
     /// The state at s in [0, 1], with the constants of its stretch; at a touch that before the touch.
-    pub(super) fn state(&self, s: f64) -> Result<(Moving<0>, &Wrench)> {
-        let last = self.stretches.len().saturating_sub(1);
-        let here = self.stretches.iter().position(|each| s <= each.end.s);
-        let Some(stretch) = self.stretches.get(here.unwrap_or(last)) else {
-            return Err(Error::domain("the rod has no length"));
+    pub(super) fn state(&self, s: f64) -> Result<(Moving<0>, Wrench)> {
+        let last = self.pieces.len().saturating_sub(1);
+        let here = self.pieces.iter().position(|each| s <= each.end());
+        let stretch = match self.pieces.get(here.unwrap_or(last)) {
+            None => return Err(Error::domain("the rod has no length")),
+            Some(Piece::Lying(lying)) => return Ok(lying.state(self.rod.load, s)),
+            Some(Piece::Free(stretch)) => stretch,
         };
+        let b = stretch.constants;
         let steps = &stretch.steps;
         let at = steps.iter().position(|step| s <= step.to.s);
         let Some(step) = at.map_or(steps.last(), |k| steps.get(k)) else {
-            return Ok((stretch.end, &stretch.constants));
+            return Ok((stretch.end, b));
         };
         let part = s - step.from.s;
         if part <= 0.0 {
-            return Ok((step.from, &stretch.constants));
+            return Ok((step.from, b));
         }
         if s >= step.to.s {
-            return Ok((step.to, &stretch.constants));
+            return Ok((step.to, b));
         }
-        let (law, load, b) = (self.rod.law, self.rod.load, &stretch.constants);
-        let mut flow = WrenchFlow::<0, LoadMoment<0>>::new(law, load, b, [[]; 3], [[]; 3]);
+        let (law, load) = (self.rod.law, self.rod.load);
+        let mut flow = WrenchFlow::<0, LoadMoment<0>>::new(law, load, &b, [[]; 3], [[]; 3]);
         let found = step.redo(|at| flow.slope(at), part, &mut Cost::default());
         let found = found.ok_or_else(|| {
             Error::no_convergence("a section between the steps along the rod could not be computed")
@@ -169,10 +193,23 @@ impl Shape<'_> {
         Ok((found.to, b))
     }
 
+    /// The stretches that lie on surfaces.
+    pub(super) fn lying(&self) -> impl Iterator<Item = &Lying> {
+        self.pieces.iter().filter_map(|piece| match piece {
+            Piece::Lying(lying) => Some(&**lying),
+            Piece::Free(_) => None,
+        })
+    }
+
+    /// The load along the rod.
+    pub(super) fn load(&self) -> &ScaledLoad {
+        self.rod.load
+    }
+
     /// The section at s in [0, 1]; at a touch that before the touch.
-    pub(super) fn section(&self, s: f64) -> Result<Section> {
+    pub(super) fn section(&self, s: f64) -> Result<TouchedSection> {
         let (state, b) = self.state(s)?;
-        Section::new(self.rod.law, self.rod.load, &state, b)
+        TouchedSection::new(self.rod.law, self.rod.load, &state, &b)
     }
 }
 

@@ -19,8 +19,10 @@
 //! as one more multiplier. A force on an arm of a free end adds -S as in `super::index`.
 
 use super::equations::{Stations, Touching};
-use super::touched_rod::{COLUMNS, LoadedRod, SAME_PLACE, Section, Stretch, Transfer};
-use super::{ContactProblem, Touch};
+use super::touched_rod::{
+    COLUMNS, LoadedRod, Onward, Piece, SAME_PLACE, Stretch, TouchedSection, Transfer,
+};
+use super::{ContactProblem, ScaledTouch};
 use crate::error::{Error, Result};
 use crate::math::se3::join;
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
@@ -85,7 +87,7 @@ fn spin(x: &Vector3<f64>) -> Matrix6<f64> {
 
 impl StretchVariation {
     /// From a stretch, with the couple m_b and the force at its end.
-    fn new(stretch: &Stretch<COLUMNS>, end: &Section) -> Option<Self> {
+    fn new(stretch: &Stretch<COLUMNS>, end: &TouchedSection) -> Option<Self> {
         let transfer = Transfer::from(stretch);
         let start = &stretch.start;
         // Columns by (dm, dn) at the start and by its turn: dm_c = dm + r_a x dn.
@@ -142,7 +144,7 @@ impl ContactProblem {
     /// The index with some terms of the touches.
     pub(super) fn index_with(&self, at: &Touching, terms: Terms) -> Result<Index> {
         let size = 1.0 + at.b.norm();
-        let held = |touch: &Touch| touch.reaction > NO_REACTION * size;
+        let held = |touch: &ScaledTouch| touch.reaction > NO_REACTION * size;
         let (index, neutral) = self.count(at, terms, |_| true)?;
         let released = if at.touches.iter().all(held) {
             index
@@ -161,7 +163,7 @@ impl ContactProblem {
         &self,
         at: &Touching,
         terms: Terms,
-        held: impl Fn(&Touch) -> bool,
+        held: impl Fn(&ScaledTouch) -> bool,
     ) -> Result<(usize, usize)> {
         let stations = self.stations(at, &self.shape_of(&at.b, &at.touches)?)?;
         let stops = self.stops(at, &stations)?;
@@ -179,8 +181,12 @@ impl ContactProblem {
         rod.walk::<COLUMNS>(
             &at.b,
             &stops,
-            |stretch| stretches.push(stretch),
-            |k, here| {
+            |piece| {
+                if let Piece::Free(stretch) = piece {
+                    stretches.push(*stretch);
+                }
+            },
+            |k, here, _| {
                 ends.push(*here);
                 let mut force = Vector3::zeros();
                 while let Some(touch) = touches.get(next)
@@ -191,7 +197,7 @@ impl ContactProblem {
                     force += gap.normal * touch.reaction;
                     next += 1;
                 }
-                force
+                Ok(Onward::Free(force))
             },
         )?;
         let basis = self.basis();
@@ -412,11 +418,7 @@ mod tests {
         guess: Option<&ContactGuess>,
     ) -> (Touching, ContactGuess) {
         let found = problem.solve(guess).expect("an equilibrium");
-        let touches = found.touches.iter().map(|touch| GuessedTouch {
-            surface: touch.surface,
-            s: Some(touch.s),
-            reaction: touch.reaction,
-        });
+        let touches = found.touches.iter().map(GuessedTouch::from);
         let guess = ContactGuess {
             base: found.base,
             touches: touches.collect(),

@@ -33,6 +33,7 @@ mod branch;
 mod closest_points;
 mod equations;
 mod index;
+mod lying;
 mod touched_rod;
 
 pub use branch::{ContactBranch, ContactBranchPoint, ContactEvent, ContactEventKind, ContactStop};
@@ -46,7 +47,7 @@ use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::math::se3::join;
 use crate::obstacle::{Feature, Gap, Obstacle};
-use closest_points::Shape;
+use closest_points::TouchedSteps;
 use nalgebra::{DMatrix, Vector3};
 use touched_rod::LoadedRod;
 
@@ -125,8 +126,21 @@ pub struct GuessedTouch {
     pub surface: usize,
     /// Arclength from the clamp; None for a touch of the free end.
     pub s: Option<f64>,
-    /// Reaction R on the rod, along the normal.
+    /// Reaction R on the rod along the normal. For a line: the reaction at the line's end.
     pub reaction: f64,
+    /// Length of the rod that lies on the surface; 0 for a point.
+    pub length: f64,
+}
+
+impl From<&TouchPoint> for GuessedTouch {
+    fn from(touch: &TouchPoint) -> Self {
+        Self {
+            surface: touch.surface,
+            s: (!touch.at_end).then_some(touch.s),
+            reaction: touch.line.map_or(touch.reaction, |line| line.at_end),
+            length: touch.line.map_or(0.0, |line| line.length),
+        }
+    }
 }
 
 /// A guess of an equilibrium: a base wrench (m(0), n(0)) in the world, and touches.
@@ -147,8 +161,10 @@ pub struct TouchPoint {
     pub s: f64,
     /// True if the free end touches.
     pub at_end: bool,
-    /// Reaction R >= 0 on the rod.
+    /// Reaction R >= 0 on the rod. For a line: the sum of both end reactions and of the pressure.
     pub reaction: f64,
+    /// The stretch of the rod that lies on the surface, from `s` on; None for a point.
+    pub line: Option<TouchLine>,
     /// Place of the centreline.
     pub position: Vector3<f64>,
     /// The unit normal from the obstacle outwards: the direction of R.
@@ -157,6 +173,20 @@ pub struct TouchPoint {
     pub relative_curvature: f64,
     /// The nearest part of the obstacle.
     pub feature: Feature,
+}
+
+/// A stretch of the rod that lies on a surface; forces in the user's units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TouchLine {
+    /// Length of the stretch.
+    pub length: f64,
+    /// Reactions >= 0 at the start and at the end of the stretch. At a clamp that lies on the surface, and at the end
+    /// of the rod, the reaction there belongs to the support and is 0 here.
+    pub at_start: f64,
+    /// Reaction at the end.
+    pub at_end: f64,
+    /// Integral of the pressure over the stretch.
+    pub pressed: f64,
 }
 
 /// A rod at rest that touches obstacles.
@@ -172,13 +202,14 @@ pub struct ContactEquilibrium {
     pub min_gap: f64,
     /// Potential -int f.r ds of the load along the rod, in the world; 0 without one.
     pub potential: f64,
-    /// Morse index with the touches of R > 0 held; 0 is stable. In the plane if the problem is solved there.
-    pub index: usize,
+    /// Morse index with the touches of R > 0 held; 0 is stable. In the plane if the problem is solved there. None where
+    /// the rod lies along a surface: the index is not computed then.
+    pub index: Option<usize>,
     /// Morse index with touches of reaction 0 set free; equal to `index` without such touches.
-    pub index_released: usize,
+    pub index_released: Option<usize>,
     /// Number of neutral modes; they count as stable.
     pub neutral: usize,
-    /// Derivatives dG_i/dR_j of the gaps by the reactions, at held end condition, by user's units.
+    /// Derivatives dG_i/dR_j of the gaps of point touches by their reactions, at held end condition, by user's units.
     pub compliance: DMatrix<f64>,
     /// Norm of the residual, in the numerics' units (length, B/L, B/L^2).
     pub residual: f64,
@@ -202,18 +233,104 @@ pub enum Way {
 
 /// A touch in the units of the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Touch {
+struct ScaledTouch {
     surface: usize,
-    /// Place in (0, 1), 1 at the end.
+    /// Place in (0, 1), 1 at the end; of a line its start, 0 at the clamp.
     s: f64,
     at_end: bool,
+    /// Reaction. For a line: the reaction at the line's end, 0 if the line goes on to the end of the rod.
     reaction: f64,
+    /// The rod lies along the surface from the place on.
+    line: Option<Line>,
 }
 
-impl Touch {
-    /// Number of unknowns: the reaction, and the place unless it is the end.
+/// A stretch of the rod that lies on a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Line {
+    length: f64,
+    /// The stretch begins at the clamp.
+    from_clamp: bool,
+    /// The stretch goes on to the end of the rod.
+    to_end: bool,
+}
+
+impl Line {
+    /// The stretch of a given length from s on. A stretch from s = 0 begins at the clamp.
+    fn over(s: f64, length: f64) -> Self {
+        Self {
+            length,
+            from_clamp: s == 0.0,
+            to_end: s + length > 1.0 - 1e-9,
+        }
+    }
+}
+
+impl ScaledTouch {
+    /// The unknowns: reaction unless a line goes on to the end of the rod; place unless the clamp or the end holds it;
+    /// length of a line that does not go on to the end.
+    fn has(&self) -> [bool; 3] {
+        match self.line {
+            None => [true, !self.at_end, false],
+            Some(line) => [!line.to_end, !line.from_clamp, !line.to_end],
+        }
+    }
+
+    /// Number of unknowns.
     fn unknowns(&self) -> usize {
-        if self.at_end { 1 } else { 2 }
+        self.has().iter().filter(|has| **has).count()
+    }
+
+    /// Number of equations: gap, slope and relative curvature are zero where they are not so by themselves. Where a
+    /// line begins at the clamp, the couple is that of the surface's curvature, and the force is along the rod.
+    fn equations(&self) -> usize {
+        match self.line {
+            None => self.unknowns(),
+            Some(line) if line.from_clamp => 2,
+            Some(_) => 3,
+        }
+    }
+
+    /// This point as a line of a small length about it; `before` is the force across the rod before the touch.
+    fn as_line(&self, before: f64, length: f64) -> Self {
+        Self {
+            s: self.s - 0.5 * length,
+            reaction: (self.reaction - before).max(0.0),
+            line: Some(Line {
+                length,
+                from_clamp: false,
+                to_end: false,
+            }),
+            ..*self
+        }
+    }
+
+    /// This touch of the end as a line of a small length up to the end.
+    fn as_line_to_end(&self, length: f64) -> Self {
+        Self {
+            s: 1.0 - length,
+            at_end: false,
+            reaction: 0.0,
+            line: Some(Line {
+                length,
+                from_clamp: false,
+                to_end: true,
+            }),
+            ..*self
+        }
+    }
+
+    /// The end of a line; the place of a point.
+    fn to(&self) -> f64 {
+        match self.line {
+            None => self.s,
+            Some(Line { to_end: true, .. }) => 1.0,
+            Some(line) => self.s + line.length,
+        }
+    }
+
+    /// True if the rod lies on the surface up to its end.
+    fn goes_on_to_end(&self) -> bool {
+        self.line.is_some_and(|line| line.to_end)
     }
 }
 
@@ -410,21 +527,28 @@ impl ContactProblem {
         at.iter()
             .map(|s| {
                 let (state, b) = shape.state(*s)?;
-                self.rod().outward(&state, b, &self.load)
+                self.rod().outward(&state, &b, &self.load)
             })
             .collect()
     }
 
     /// The rod in the shape of an equilibrium.
-    fn shape(&self, found: &ContactEquilibrium) -> Result<Shape<'_>> {
+    fn shape(&self, found: &ContactEquilibrium) -> Result<TouchedSteps<'_>> {
         let b = self.rod().inward(&found.base);
         let unit = self.rod().units().1;
-        let touches: Vec<Touch> = (found.touches.iter())
-            .map(|touch| Touch {
-                surface: touch.surface,
-                s: touch.s / self.rod().length,
-                at_end: touch.at_end,
-                reaction: touch.reaction / unit,
+        let touches: Vec<ScaledTouch> = (found.touches.iter())
+            .map(|touch| {
+                let s = touch.s / self.rod().length;
+                let line = touch
+                    .line
+                    .map(|line| Line::over(s, line.length / self.rod().length));
+                ScaledTouch {
+                    surface: touch.surface,
+                    s,
+                    at_end: touch.at_end,
+                    reaction: touch.line.map_or(touch.reaction, |line| line.at_end) / unit,
+                    line,
+                }
             })
             .collect();
         self.shape_of(&b, &touches)

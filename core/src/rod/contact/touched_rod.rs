@@ -16,13 +16,14 @@
 use super::super::distributed_load::{LoadMoment, LoadState, ScaledLoad};
 use super::super::ivp::{LineState, Wrench, integrate, unit_columns};
 use super::super::scaled_law::ScaledLaw;
-use super::Touch;
-use crate::error::Result;
+use super::ScaledTouch;
+use super::lying::Lying;
+use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
 use crate::obstacle::Gap;
 use crate::section::Compliance;
 use crate::solve::dop853::Step;
-use nalgebra::{Matrix3, Matrix3xX, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3xX, RowDVector, SMatrix, Vector3, Vector6};
 
 /// Columns of one stretch: couple and force at its start, and the turn of the start.
 pub(super) const COLUMNS: usize = 9;
@@ -37,12 +38,36 @@ pub(super) struct Stretch<const K: usize> {
     /// The constants (m_c, n_c) of the flow.
     pub(super) constants: Wrench,
     /// The section at the start, beyond the touch of the start.
-    pub(super) start: Section,
+    pub(super) start: TouchedSection,
     pub(super) end: Moving<K>,
     /// int f of the load.
     pub(super) load: Vector3<f64>,
     /// The steps of the integration; left out where a tangent goes along.
     pub(super) steps: Vec<Step<Moving<K>>>,
+}
+
+/// A part of the rod between two stops.
+pub(super) enum Piece<const K: usize> {
+    Free(Box<Stretch<K>>),
+    Lying(Box<Lying>),
+}
+
+impl<const K: usize> Piece<K> {
+    /// The place at which the part ends.
+    pub(super) fn end(&self) -> f64 {
+        match self {
+            Self::Free(stretch) => stretch.end.s,
+            Self::Lying(lying) => lying.to,
+        }
+    }
+}
+
+/// Continuation of the rod behind a stop.
+pub(super) enum Onward {
+    /// A free stretch, behind a force on the rod.
+    Free(Vector3<f64>),
+    /// A stretch that lies on a surface.
+    Lies(Box<Lying>),
 }
 
 /// A rod with the loads along the rod, in units of the rod and in the clamp's frame.
@@ -82,7 +107,7 @@ impl Varied {
 
 /// A section of the rod with its strains and resultants, just before a touch if there is one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Section {
+pub(super) struct TouchedSection {
     pub(super) r: Vector3<f64>,
     /// Directors as columns.
     pub(super) rotation: Matrix3<f64>,
@@ -94,7 +119,7 @@ pub(super) struct Section {
     pub(super) stretch: f64,
 }
 
-impl Section {
+impl TouchedSection {
     pub(super) fn new<const K: usize, C: LoadState<K>>(
         law: &ScaledLaw,
         load: &C::Load,
@@ -185,9 +210,9 @@ impl Transfer {
 /// Sections of the rod at touches and at the end, with variations.
 pub(super) struct TouchedRod {
     /// Section and variations at each touch, in the order of the touches given.
-    pub(super) touches: Vec<(Section, Varied)>,
+    pub(super) touches: Vec<(TouchedSection, Varied)>,
     /// The end beyond a touch there, with the variations of m_c and n_c.
-    pub(super) end: Section,
+    pub(super) end: TouchedSection,
     pub(super) varied: Varied,
 }
 
@@ -196,7 +221,7 @@ impl<'a> LoadedRod<'a> {
     fn stretch<const K: usize>(
         &self,
         at: &Moving<K>,
-        start: Section,
+        start: TouchedSection,
         constants: Wrench,
         to: f64,
     ) -> Result<Stretch<K>> {
@@ -225,65 +250,107 @@ impl<'a> LoadedRod<'a> {
         })
     }
 
-    /// Visits the sections `stops` in growing order from the clamp: `visit` returns the force F that acts on the rod
-    /// there. The stretches between are shown to `over`.
+    /// The section at the clamp.
+    pub(super) fn clamp(&self, b: &Wrench) -> Result<TouchedSection> {
+        TouchedSection::new(self.law, self.load, &Moving::<0>::clamp(), b)
+    }
+
+    /// Visits the sections `stops` in growing order from the clamp: `visit` returns what follows. The stretches between
+    /// are shown to `over`.
     pub(super) fn walk<const K: usize>(
         &self,
         b: &Wrench,
         stops: &[f64],
-        mut over: impl FnMut(Stretch<K>),
-        mut visit: impl FnMut(usize, &Section) -> Vector3<f64>,
+        mut over: impl FnMut(Piece<K>),
+        mut visit: impl FnMut(usize, &TouchedSection, f64) -> Result<Onward>,
     ) -> Result<()> {
         let (mut m, mut n) = halves(b);
         let mut at = Moving::<K>::clamp();
-        let mut here = Section::new(self.law, self.load, &at, b)?;
+        let mut here = TouchedSection::new(self.law, self.load, &at, b)?;
+        let mut lies: Option<Box<Lying>> = None;
         for (k, &stop) in stops.iter().enumerate() {
-            if stop - at.s > SAME_PLACE {
+            if let Some(lying) = lies.take() {
+                here = lying.section(self.load, stop);
+                let (state, constants) = lying.state(self.load, stop);
+                (m, n) = halves(&constants);
+                at = state;
+                over(Piece::Lying(lying));
+            } else if stop - at.s > SAME_PLACE {
                 let stretch = self.stretch(&at, here, join(&m, &n), stop)?;
-                here = Section::new(self.law, self.load, &stretch.end, &stretch.constants)?;
+                here = TouchedSection::new(self.law, self.load, &stretch.end, &stretch.constants)?;
                 // The couple w of the load becomes a part of the constant.
                 m = here.m + here.r.cross(&here.n);
                 at = stretch.end.as_start();
-                over(stretch);
+                over(Piece::Free(Box::new(stretch)));
             }
-            let force = visit(k, &here);
-            m -= here.r.cross(&force);
-            n -= force;
-            here.n -= force;
+            match visit(k, &here, at.energy())? {
+                Onward::Free(force) => {
+                    m -= here.r.cross(&force);
+                    n -= force;
+                    here.n -= force;
+                }
+                Onward::Lies(lying) => lies = Some(lying),
+            }
         }
         Ok(())
     }
 
     /// The rod under a base wrench and the forces of its touches, with the variations by all unknowns: the base wrench,
-    /// and for each touch its reaction and, if it is not at the end, its place.
+    /// and for each touch its own. `plane` is the normal of the plane, if the rod is planar.
     pub(super) fn touched(
         &self,
         b: &Wrench,
-        touches: &[Touch],
+        touches: &[ScaledTouch],
+        plane: Option<&Vector3<f64>>,
         gap: impl Fn(usize, &Vector3<f64>) -> Gap,
     ) -> Result<TouchedRod> {
-        let mut order: Vec<usize> = (0..touches.len()).collect();
-        order.sort_by(|i, j| touches[*i].s.total_cmp(&touches[*j].s));
-        let mut stops: Vec<f64> = order.iter().map(|i| touches[*i].s).collect();
-        stops.push(1.0);
+        let stops = stops(touches);
         let columns = first_columns(touches);
-        let more = touches.iter().map(Touch::unknowns).sum();
+        let more = touches.iter().map(ScaledTouch::unknowns).sum();
         let varied = std::cell::RefCell::new(Varied::clamp(more));
-        let mut found: Vec<Option<(Section, Varied)>> = vec![None; touches.len()];
+        let lies = std::cell::RefCell::new(None);
+        let mut found: Vec<Option<(TouchedSection, Varied)>> = vec![None; touches.len()];
         let mut end = None;
+        let places: Vec<f64> = stops.iter().map(Stop::place).collect();
         self.walk::<COLUMNS>(
             b,
-            &stops,
-            |stretch| Transfer::from(&stretch).take(&mut varied.borrow_mut(), &stretch.start.n),
-            |k, here| {
-                let Some(&i) = order.get(k) else {
-                    end = Some(*here);
-                    return Vector3::zeros();
+            &places,
+            |piece| match piece {
+                Piece::Free(stretch) => {
+                    Transfer::from(&*stretch).take(&mut varied.borrow_mut(), &stretch.start.n);
+                }
+                Piece::Lying(lying) => *lies.borrow_mut() = Some(lying),
+            },
+            |k, here, energy| {
+                let (i, touch) = match stops[k] {
+                    Stop::End => {
+                        end = Some(*here);
+                        return Ok(Onward::Free(Vector3::zeros()));
+                    }
+                    Stop::Touch(i, _) | Stop::Lift(i, _) => (i, &touches[i]),
                 };
-                let touch = &touches[i];
                 let mut varied = varied.borrow_mut();
+                let here_gap = gap(touch.surface, &here.r);
+                if let (Some(lying), Some((before, at_start))) = (lies.take(), &found[i]) {
+                    let unit = |column: usize| {
+                        let mut row = RowDVector::zeros(6 + more);
+                        row[column] = 1.0;
+                        row
+                    };
+                    let none = || RowDVector::zeros(6 + more);
+                    let [push, place, length] = touch.columns(columns[i]);
+                    let at_from = place.map_or_else(none, unit);
+                    let at_to = &at_from + length.map_or_else(none, unit);
+                    let moves = [at_from, at_to, push.map_or_else(none, unit)];
+                    *varied = lying.carry(self.load, at_start, &before.n, touch.reaction, &moves);
+                    return Ok(Onward::Free(here_gap.normal * touch.reaction));
+                }
                 found[i] = Some((*here, varied.clone()));
-                let gap = gap(touch.surface, &here.r);
+                if touch.line.is_some() {
+                    let lying = self.lying(touch, (here, energy), &gap, plane)?;
+                    return Ok(Onward::Lies(Box::new(lying)));
+                }
+                let gap = here_gap;
                 let force = gap.normal * touch.reaction;
                 let mut moved = varied.rho.clone();
                 if !touch.at_end {
@@ -296,23 +363,102 @@ impl<'a> LoadedRod<'a> {
                 change.set_column(columns[i], &column);
                 varied.dm += force.cross_matrix() * &moved - here.r.cross_matrix() * &change;
                 varied.dn -= change;
-                force
+                Ok(Onward::Free(force))
             },
         )?;
         let touches = found.into_iter().flatten().collect();
-        let end: Section = end.expect("the walk ends at s = 1");
+        let end: TouchedSection = end.expect("the walk ends at s = 1");
         Ok(TouchedRod {
             touches,
             end,
             varied: varied.into_inner(),
         })
     }
+
+    /// The stretch of a line that begins at a section, with the energy up to the section.
+    pub(super) fn lying(
+        &self,
+        touch: &ScaledTouch,
+        (here, energy): (&TouchedSection, f64),
+        gap: impl Fn(usize, &Vector3<f64>) -> Gap,
+        plane: Option<&Vector3<f64>>,
+    ) -> Result<Lying> {
+        let plane = plane.ok_or_else(|| {
+            Error::unreachable(
+                "line contact: the rod lies along an obstacle outside of a plane of symmetry; only rods in a plane lie on \
+                 obstacles",
+            )
+        })?;
+        // The start is put onto the surface: what the section misses there is for the equations alone.
+        let off = gap(touch.surface, &here.r);
+        let r = here.r - off.normal * off.value;
+        let section = TouchedSection { r, ..*here };
+        let on = gap(touch.surface, &r);
+        Lying::new(
+            (self.law, self.load),
+            (touch.s, touch.to()),
+            (&section, energy),
+            &on,
+            plane,
+        )
+    }
+}
+
+/// A stop of the walk along the rod.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Stop {
+    /// A touch, or the start of a line, by its number and place.
+    Touch(usize, f64),
+    /// The end of a line, by its number and place.
+    Lift(usize, f64),
+    End,
+}
+
+impl Stop {
+    pub(super) fn place(&self) -> f64 {
+        match self {
+            Self::Touch(_, s) | Self::Lift(_, s) => *s,
+            Self::End => 1.0,
+        }
+    }
+}
+
+/// The touches and the ends of lines in the order of their places, then the end of the rod.
+pub(super) fn stops(touches: &[ScaledTouch]) -> Vec<Stop> {
+    let mut stops: Vec<Stop> = Vec::new();
+    for (i, touch) in touches.iter().enumerate() {
+        stops.push(Stop::Touch(i, touch.s));
+        if touch.line.is_some() {
+            stops.push(Stop::Lift(i, touch.to()));
+        }
+    }
+    // A stable order: the start of a line stands before its end, also where the line shrinks below zero.
+    let order = |stop: &Stop| match stop {
+        Stop::Lift(i, s) => s.max(touches[*i].s),
+        other => other.place(),
+    };
+    stops.sort_by(|a, b| order(a).total_cmp(&order(b)));
+    stops.push(Stop::End);
+    stops
+}
+
+impl ScaledTouch {
+    /// Columns of reaction, place and length, if `first` is the first column of the touch.
+    pub(super) fn columns(&self, first: usize) -> [Option<usize>; 3] {
+        let mut next = first;
+        self.has().map(|has| {
+            has.then(|| {
+                next += 1;
+                next - 1
+            })
+        })
+    }
 }
 
 /// The column of each touch's reaction; the place follows it, if the touch is not at the end.
-pub(super) fn first_columns(touches: &[Touch]) -> Vec<usize> {
+pub(super) fn first_columns(touches: &[ScaledTouch]) -> Vec<usize> {
     let mut next = 6;
-    let column = |touch: &Touch| {
+    let column = |touch: &ScaledTouch| {
         let here = next;
         next += touch.unknowns();
         here

@@ -1,18 +1,22 @@
 //! Equilibria to which a rod falls: the chain at rest ([`Chain`]) as the guess, collocated from both ends.
 
-use super::interval::{RodUnderForce, Section};
+use super::interval::{FrameAndCouple, RodUnderForce};
 use super::{Shape, Solved, Spring, Tip};
 use crate::error::Result;
 use crate::math::se3::join;
-use crate::rod::descent::Chain;
+use crate::rod::descent::{Chain, FALLS};
 use crate::rod::equilibrium::{Equilibrium, Route};
-use crate::rod::{Path, Problem};
+use crate::rod::{Path, Plane, Problem};
+use crate::solve::warm_start::WarmStart;
 use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// Largest turn of the sections in an interval of the first mesh, in radians, and its longest interval.
 const TURN: f64 = 0.8;
 const LONGEST: f64 = 0.2;
+/// First and least step of a couple that grows, over the whole couple.
+const FIRST_SHARE: f64 = 0.25;
+const LEAST_SHARE: f64 = 1.0 / 256.0;
 
 impl Chain {
     /// The chain as the guess of frames and couples of a rod. The mesh is fine where sections turn, and at the places
@@ -31,7 +35,7 @@ impl Chain {
         }
         let section = |s: f64| {
             let (turn, m) = self.section(s);
-            Section { turn, m }
+            FrameAndCouple { turn, m }
         };
         Shape::from_sections(places, self.base_force, tolerance, section)
     }
@@ -53,20 +57,77 @@ impl RodUnderForce<'_> {
 }
 
 impl Problem {
-    /// The stable equilibrium that the rod falls to from its unloaded shape; `None` for loads without a potential and
-    /// if the fall does not end.
+    /// The stable equilibrium that the rod falls to from its unloaded shape. A couple on a free end has no potential:
+    /// the rod falls without the couple, which then grows. `None` for loads that turn with the rod, and if the fall
+    /// does not end.
     pub(in crate::rod) fn solve_by_descent(&self) -> Option<Result<Equilibrium>> {
-        if !matches!(self.path, Path::Auto | Path::Spatial) {
+        let plane = match self.path {
+            Path::Auto | Path::Spatial => None,
+            Path::Planar => Some(self.plane(None).ok()?),
+            Path::ClosedForm => return None,
+        };
+        if self.is_followed() {
             return None;
         }
-        let chain = self.descended()?;
-        let there = self.rod_under_force(chain.base_force);
-        let layers = there.layered_places(self.tolerance, LONGEST).ok()?;
-        let shape = chain.shape(layers, self.tolerance);
-        Some(self.at_rest(shape))
+        if !self.is_conservative() {
+            return self.solve_by_growing_couple(plane);
+        }
+        let fallen = |lean| {
+            let chain = self.descended(plane.map(|plane| plane.normal()), lean)?;
+            let there = self.rod_under_force(chain.base_force);
+            let layers = there.layered_places(self.tolerance, LONGEST).ok()?;
+            let shape = chain.shape(layers, self.tolerance);
+            Some(self.at_rest(shape, plane))
+        };
+        let first = fallen(FALLS[0]);
+        if plane.is_some() || matches!(&first, Some(Ok(found)) if found.index == 0) {
+            return first;
+        }
+        let kept = self.at_rest.last();
+        match (fallen(FALLS[1]), first) {
+            (Some(Ok(second)), _) if second.index == 0 => Some(Ok(second)),
+            // The base wrench leads to the equilibrium kept last.
+            (_, Some(Ok(first))) => {
+                kept.iter().for_each(|kept| self.at_rest.keep(kept));
+                Some(Ok(first))
+            }
+            (second, first) => first.or(second),
+        }
     }
 
-    fn at_rest(&self, shape: Shape) -> Result<Equilibrium> {
+    /// The equilibrium that begins without the couple on the end and follows as the couple grows.
+    fn solve_by_growing_couple(&self, plane: Option<Plane>) -> Option<Result<Equilibrium>> {
+        let with_couple = |share: f64| Self {
+            couple: self.couple * share,
+            at_rest: WarmStart::default(),
+            ..self.clone()
+        };
+        let quiet = with_couple(0.0);
+        if let Err(why) = quiet.solve_by_descent()? {
+            return Some(Err(why));
+        }
+        let mut shape = quiet.at_rest.last()?.shape.clone();
+        let (mut share, mut step) = (0.0, FIRST_SHARE);
+        loop {
+            let next = f64::min(share + step, 1.0);
+            let there = with_couple(next);
+            match there.at_rest(shape.clone(), plane) {
+                Ok(found) => {
+                    let last = there.at_rest.last()?;
+                    if next == 1.0 {
+                        self.remember(&last);
+                        return Some(Ok(found));
+                    }
+                    shape = last.shape.clone();
+                    (share, step) = (next, 2.0 * step);
+                }
+                Err(_) if step > LEAST_SHARE => step *= 0.5,
+                Err(why) => return Some(Err(why)),
+            }
+        }
+    }
+
+    fn at_rest(&self, shape: Shape, plane: Option<Plane>) -> Result<Equilibrium> {
         let (held, tip) = (self.is_held(), self.tip());
         let mut route = Route {
             imperfect: true,
@@ -77,7 +138,7 @@ impl Problem {
             .map(|i| self.axes[i] * self.targets[i])
             .sum();
         let there = RodUnderForce {
-            symmetry: self.symmetry(&join(&shape.nodes[0].m, &shape.n), None),
+            symmetry: self.symmetry(&join(&shape.nodes[0].m, &shape.n), plane.as_ref()),
             ..self.rod_under_force(shape.n)
         };
         let (found, spring) = match held {
@@ -88,7 +149,7 @@ impl Problem {
             ),
             _ => {
                 let m = shape.nodes[0].m;
-                return self.find_force(&m, shape.n, Some(shape), false, None);
+                return self.find_force(&m, shape.n, Some(shape), false, plane);
             }
         };
         route.iterations = found.iterations;
@@ -98,7 +159,7 @@ impl Problem {
         } else {
             0.0
         };
-        self.told(&found, &spring, off, route, None)
+        self.told(&found, &spring, off, route, plane)
     }
 
     /// Keeps an equilibrium: the base wrench then leads to the sections.

@@ -1,6 +1,6 @@
 //! Initial guess for a taut rod: straight along the force, with the pendulum's boundary layers at both ends.
 
-use super::interval::{RodUnderForce, STAGES, Scheme, Section};
+use super::interval::{FrameAndCouple, RodUnderForce, STAGES, Scheme};
 use super::mesh::{first_step, places};
 use super::{INTERVALS, Shape, TURNED, Tip};
 use crate::error::{Error, Result};
@@ -243,11 +243,11 @@ impl RodUnderForce<'_> {
             let left = first.remaining_angle(s);
             turn = product(&first.turn(-left), &turn);
             m += first.couple(left);
-            Section { turn, m }
+            FrameAndCouple { turn, m }
         };
         let places = self.places(lam, tolerance, TURNED / twist.abs())?;
         let mut shape = Shape::from_sections(places, n, tolerance, section);
-        shape.nodes[0] = Section {
+        shape.nodes[0] = FrameAndCouple {
             turn: identity(),
             ..shape.nodes[0]
         };
@@ -260,8 +260,8 @@ fn frames_and_couples<C: LoadState<0>>(
     found: &[LineState<0, C>],
     b: &Wrench,
     load: &C::Load,
-) -> Vec<Section> {
-    let section = |at: &LineState<0, C>| Section {
+) -> Vec<FrameAndCouple> {
+    let section = |at: &LineState<0, C>| FrameAndCouple {
         turn: at.turn(),
         m: at.resultants(b, load).0,
     };

@@ -13,7 +13,7 @@
 // Matrix entries are addressed by their indices.
 #![allow(clippy::needless_range_loop)]
 
-use super::interval::{RodUnderForce, STAGES, Scheme, Section, Slope};
+use super::interval::{FrameAndCouple, RodUnderForce, STAGES, Scheme, Slope};
 use crate::error::Result;
 use crate::math::se3::{Turn, conjugate, join, product};
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3, Vector6};
@@ -24,25 +24,25 @@ const COLUMNS: usize = 10;
 const FORCE: usize = 6;
 const REST: usize = 9;
 
-pub(super) type Block = SMatrix<f64, 3, COLUMNS>;
+pub(super) type ColumnBlock = SMatrix<f64, 3, COLUMNS>;
 
 /// An interval with its stages eliminated: columns are turn and couple (over kappa) at its start, dn, and the
 /// residual.
 pub(super) struct Condensed {
-    pub turns: [Block; STAGES],
-    pub couples: [Block; STAGES],
+    pub turns: [ColumnBlock; STAGES],
+    pub couples: [ColumnBlock; STAGES],
     pub end: SMatrix<f64, 6, COLUMNS>,
     /// Change of r(1) - r(0), and its value.
-    pub way: Block,
+    pub way: ColumnBlock,
     pub length: Vector3<f64>,
     /// Relative changes of the lengths of the stages' quaternions.
     lengths: [f64; STAGES],
     /// Factors of the equations of the stages of phi.
-    stages: Factors,
+    stages: PivotedFactors,
 }
 
 /// An interval linearised at its stages.
-pub(super) struct Variations {
+pub(super) struct IntervalVariations {
     pub h: f64,
     kappa: f64,
     pub slopes: [Slope; STAGES],
@@ -90,8 +90,8 @@ impl RodUnderForce<'_> {
         &self,
         from: f64,
         to: f64,
-        stages: &[Section; STAGES],
-    ) -> Result<Option<Variations>> {
+        stages: &[FrameAndCouple; STAGES],
+    ) -> Result<Option<IntervalVariations>> {
         let (h, kappa) = (to - from, self.kappa);
         let slopes = self.slopes(from, to, stages)?;
         let zero = Matrix3::zeros();
@@ -108,7 +108,7 @@ impl RodUnderForce<'_> {
             way_by_turn[i] = vu * bend + vv * pull[i] - along;
             by_force[i] = [*uv, (pull[i] * vv - along) / kappa];
         }
-        let mut found = Variations {
+        let mut found = IntervalVariations {
             h,
             kappa,
             slopes,
@@ -129,9 +129,9 @@ impl RodUnderForce<'_> {
     /// Residual of the equations of the interval from `ends[0]` to `ends[1]`.
     pub fn residual(
         &self,
-        by: &Variations,
-        ends: [&Section; 2],
-        stages: &[Section; STAGES],
+        by: &IntervalVariations,
+        ends: [&FrameAndCouple; 2],
+        stages: &[FrameAndCouple; STAGES],
     ) -> Residual {
         let scheme = Scheme::get();
         let [first, last] = ends;
@@ -170,7 +170,7 @@ impl RodUnderForce<'_> {
     }
 }
 
-impl Variations {
+impl IntervalVariations {
     /// Inverse matrix of the equations of the stages of mu, if shear and flexure are coupled.
     fn inverse_stage_matrix(&self) -> Option<DMatrix<f64>> {
         let scheme = Scheme::get();
@@ -190,7 +190,7 @@ impl Variations {
     }
 
     /// rho' at stage `i` by the columns of the interval, without its residual.
-    pub fn way_slope(&self, i: usize, by: &Condensed) -> Block {
+    pub fn way_slope(&self, i: usize, by: &Condensed) -> ColumnBlock {
         let mut moved = self.way_by_turn[i] * by.turns[i];
         if self.transfer.is_some() {
             moved += self.slopes[i].e[2] * by.couples[i] * self.kappa;
@@ -219,7 +219,7 @@ impl Variations {
         let coupled = self.transfer.is_some();
         let pulls: [Matrix3<f64>; STAGES] = std::array::from_fn(|k| self.pull(k));
         // The terms of mu without phi: mu = T (rows mu_0 + h G phi + h B dn + residual).
-        let mut couples = [Block::zeros(); STAGES];
+        let mut couples = [ColumnBlock::zeros(); STAGES];
         for (i, own) in couples.iter_mut().enumerate() {
             for k in 0..STAGES {
                 let by = self.stages_by(i, k);
@@ -263,7 +263,7 @@ impl Variations {
         }
         let stages = eliminate(&mut system)?;
         let turns = std::array::from_fn(|i| {
-            Block::from_fn(|a, b| match b {
+            ColumnBlock::from_fn(|a, b| match b {
                 REST => 0.0,
                 _ => system[3 * i + a][SIZE + b],
             })
@@ -272,7 +272,7 @@ impl Variations {
             turns,
             couples,
             end: SMatrix::zeros(),
-            way: Block::zeros(),
+            way: ColumnBlock::zeros(),
             length: Vector3::zeros(),
             lengths: [0.0; STAGES],
             stages,
@@ -310,7 +310,7 @@ impl Variations {
 
 impl Condensed {
     /// This interval with the residual `left`.
-    pub fn with_residual(mut self, by: &Variations, left: &Residual) -> Self {
+    pub fn with_residual(mut self, by: &IntervalVariations, left: &Residual) -> Self {
         let scheme = Scheme::get();
         let through = |forces: &[Vector3<f64>; STAGES], i: usize| -> Vector3<f64> {
             let parts = forces.iter().enumerate();
@@ -349,7 +349,7 @@ impl Condensed {
     pub fn in_plane(mut self, normal: &Vector3<f64>, h: f64) -> Self {
         let about = normal * normal.transpose();
         let inside = Matrix3::identity() - about;
-        let project = |block: &mut Block, rows: &Matrix3<f64>| {
+        let project = |block: &mut ColumnBlock, rows: &Matrix3<f64>| {
             for (column, by) in [(0, &about), (3, &about), (FORCE, &inside)] {
                 let part = rows * block.fixed_columns::<3>(column) * by;
                 block.fixed_columns_mut::<3>(column).copy_from(&part);
@@ -361,7 +361,7 @@ impl Condensed {
             project(block, &about);
         }
         for row in [0, 3] {
-            let mut block: Block = self.end.fixed_rows::<3>(row).into_owned();
+            let mut block: ColumnBlock = self.end.fixed_rows::<3>(row).into_owned();
             project(&mut block, &about);
             let mut own = block.fixed_columns_mut::<3>(row);
             own += inside;
@@ -384,10 +384,11 @@ impl Condensed {
         force: &Vector3<f64>,
         part: f64,
         kappa: f64,
-        stages: &mut [Section; STAGES],
+        stages: &mut [FrameAndCouple; STAGES],
     ) {
         for (i, stage) in stages.iter_mut().enumerate() {
-            let of = |block: &Block| -> Vector3<f64> { stage_change(block, start, force) * part };
+            let of =
+                |block: &ColumnBlock| -> Vector3<f64> { stage_change(block, start, force) * part };
             *stage = stage.varied(&of(&self.turns[i]), &(of(&self.couples[i]) * kappa));
             stage.turn *= 1.0 + part * self.lengths[i];
         }
@@ -395,7 +396,7 @@ impl Condensed {
 
     /// Largest turn and change of couple over kappa that [`Condensed::correct`] would make.
     pub fn change(&self, start: &Vector6<f64>, force: &Vector3<f64>) -> f64 {
-        let of = |block: &Block| stage_change(block, start, force).amax();
+        let of = |block: &ColumnBlock| stage_change(block, start, force).amax();
         (0..STAGES).fold(0.0, |most: f64, i| {
             most.max(of(&self.turns[i])).max(of(&self.couples[i]))
         })
@@ -403,18 +404,18 @@ impl Condensed {
 }
 
 /// Change of a stage by the columns of `block`.
-fn stage_change(block: &Block, start: &Vector6<f64>, force: &Vector3<f64>) -> Vector3<f64> {
+fn stage_change(block: &ColumnBlock, start: &Vector6<f64>, force: &Vector3<f64>) -> Vector3<f64> {
     let by_force = block.fixed_columns::<3>(FORCE) * force;
     block.fixed_columns::<6>(0) * start + by_force + block.column(REST)
 }
 
 /// LU factors of a matrix with exchanged rows.
-struct Factors {
+struct PivotedFactors {
     triangles: [[f64; SIZE]; SIZE],
     exchanged: [usize; SIZE],
 }
 
-impl Factors {
+impl PivotedFactors {
     fn solve(&self, x: &mut [f64; SIZE]) {
         for (k, with) in self.exchanged.iter().enumerate() {
             x.swap(k, *with);
@@ -435,7 +436,7 @@ impl Factors {
 }
 
 /// Solves in place for the last columns, with partial pivoting; None if a pivot vanishes.
-fn eliminate<const W: usize>(system: &mut [[f64; W]; SIZE]) -> Option<Factors> {
+fn eliminate<const W: usize>(system: &mut [[f64; W]; SIZE]) -> Option<PivotedFactors> {
     let mut exchanged = [0; SIZE];
     for k in 0..SIZE {
         let (mut best, mut largest) = (k, 0.0);
@@ -475,7 +476,7 @@ fn eliminate<const W: usize>(system: &mut [[f64; W]; SIZE]) -> Option<Factors> {
         let inverse = 1.0 / row[k];
         row[SIZE..].iter_mut().for_each(|x| *x *= inverse);
     }
-    Some(Factors {
+    Some(PivotedFactors {
         triangles,
         exchanged,
     })

@@ -12,7 +12,7 @@
 //! components of the same differential equation these have the order of its nodes.
 
 use super::chain::{Answers, ChainSolution, ForceEquation, Forces, REST, chain, interval_change};
-use super::condensed::{Block, Condensed, Residual, Variations};
+use super::condensed::{ColumnBlock, Condensed, IntervalVariations, Residual};
 use super::interval::{RodUnderForce, STAGES, Scheme};
 use super::turning_base::Turning;
 use super::{Shape, Spring, Taut, Tip};
@@ -53,7 +53,7 @@ pub(super) struct LinearisedRod<'a> {
     shape: &'a Shape,
     tip: &'a Tip,
     hold: ForceEquation,
-    pub intervals: Vec<Variations>,
+    pub intervals: Vec<IntervalVariations>,
 }
 
 /// Solution for the right-hand sides of all intervals.
@@ -90,7 +90,10 @@ impl<'a> LinearisedRod<'a> {
 
     /// The intervals with their stages eliminated; None if one is singular.
     pub fn condense(&self) -> Option<Vec<Condensed>> {
-        self.intervals.iter().map(Variations::condense).collect()
+        self.intervals
+            .iter()
+            .map(IntervalVariations::condense)
+            .collect()
     }
 
     /// Responses to unit rates of the end data, and to the residuals of the intervals; None if the rod is singular.
@@ -115,7 +118,7 @@ impl<'a> LinearisedRod<'a> {
         start: &Columns,
     ) -> ([StageVariations; STAGES], Columns) {
         let (scheme, by, condensed) = (Scheme::get(), &self.intervals[k], &answered.condensed[k]);
-        let of = |block: &Block| interval_change(block, &answered.nodes[k], &answered.force);
+        let of = |block: &ColumnBlock| interval_change(block, &answered.nodes[k], &answered.force);
         let slopes: [Columns; STAGES] = std::array::from_fn(|i| {
             let mut slope = of(&by.way_slope(i, condensed));
             let mut rest = slope.fixed_columns_mut::<1>(REST);

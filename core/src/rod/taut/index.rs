@@ -10,7 +10,7 @@
 //! is straight under its pull the form is positive on intervals of any length; elsewhere the mesh is fine. Each held
 //! position component takes away a negative eigenvalue of d r(1)/d n, as in the count by conjugate points.
 
-use super::interval::{RodUnderForce, STAGES, Scheme, Section};
+use super::interval::{FrameAndCouple, RodUnderForce, STAGES, Scheme};
 use super::{Shape, Tip};
 use crate::error::{Error, Result};
 use crate::math::gauss::legendre;
@@ -96,7 +96,7 @@ impl RodUnderForce<'_> {
 
     /// Inner node with the largest rotation e - d3 in a free turn about the clamp, and the unit vector of the rotation.
     fn turning_node(&self, shape: &Shape) -> (usize, Vector3<f64>) {
-        let turned = |node: &Section| AXIS - frame(&node.turn).column(2);
+        let turned = |node: &FrameAndCouple| AXIS - frame(&node.turn).column(2);
         let inner = shape
             .nodes
             .iter()
@@ -161,7 +161,7 @@ impl RodUnderForce<'_> {
         &self,
         from: f64,
         to: f64,
-        stages: &[Section; STAGES],
+        stages: &[FrameAndCouple; STAGES],
         functions: &[Function; INNER + 2],
     ) -> Result<DMatrix<f64>> {
         let h = to - from;

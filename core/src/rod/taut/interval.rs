@@ -19,12 +19,12 @@ use std::sync::OnceLock;
 pub(super) const STAGES: usize = 8;
 /// Frame and couple of a section, in the directors of the clamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::rod) struct Section {
+pub(in crate::rod) struct FrameAndCouple {
     pub turn: Turn,
     pub m: Vector3<f64>,
 }
 
-impl Section {
+impl FrameAndCouple {
     pub(super) fn varied(&self, phi: &Vector3<f64>, m: &Vector3<f64>) -> Self {
         Self {
             turn: product(&exponential(phi), &self.turn),
@@ -195,7 +195,7 @@ impl RodUnderForce<'_> {
         })
     }
 
-    fn slope(&self, s: f64, at: &Section) -> Result<Slope> {
+    fn slope(&self, s: f64, at: &FrameAndCouple) -> Result<Slope> {
         let turn = frame(&at.turn);
         let force = self.force(s);
         let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&force));
@@ -221,7 +221,7 @@ impl RodUnderForce<'_> {
         &self,
         from: f64,
         to: f64,
-        stages: &[Section; STAGES],
+        stages: &[FrameAndCouple; STAGES],
     ) -> Result<[Slope; STAGES]> {
         let scheme = Scheme::get();
         let mut found = Vec::with_capacity(STAGES);
@@ -241,7 +241,7 @@ impl RodUnderForce<'_> {
         &self,
         from: f64,
         to: f64,
-        stages: &[Section; STAGES],
+        stages: &[FrameAndCouple; STAGES],
     ) -> Result<IntervalIntegrals> {
         let (scheme, h) = (Scheme::get(), to - from);
         let slopes = self.slopes(from, to, stages)?;
@@ -291,7 +291,7 @@ impl RodUnderForce<'_> {
 }
 
 /// Adds a part of a change to a node.
-pub(super) fn correct(node: &mut Section, change: &Vector6<f64>, part: f64, kappa: f64) {
+pub(super) fn correct(node: &mut FrameAndCouple, change: &Vector6<f64>, part: f64, kappa: f64) {
     let phi = change.fixed_rows::<3>(0) * part;
     let m = change.fixed_rows::<3>(3) * (part * kappa);
     *node = node.varied(&phi, &m);

@@ -11,7 +11,7 @@
 //! the rod bounds the length of a step, whatever lam: a strong pull makes the layer stiff, and a loop slides along a
 //! taut rod at a rate of exp(-lam).
 
-use super::interval::{RodUnderForce, STAGES, Scheme, Section};
+use super::interval::{FrameAndCouple, RodUnderForce, STAGES, Scheme};
 use super::{Shape, Solved, Spring, Tip};
 use crate::error::{Error, Result};
 use crate::math::se3::{frame, rotation_vector};
@@ -159,7 +159,7 @@ impl Shape {
 
     /// Largest turn of a section between two shapes on the same mesh.
     fn largest_turn(&self, other: &Self) -> f64 {
-        let turn = |a: &Section, b: &Section| {
+        let turn = |a: &FrameAndCouple, b: &FrameAndCouple| {
             rotation_vector(&(frame(&a.turn) * frame(&b.turn).transpose())).norm()
         };
         let all = self.stages.iter().zip(&other.stages);
@@ -293,7 +293,7 @@ impl RodUnderForce<'_> {
     /// Shape with the given strains, in the directors of the clamp and units of the rod.
     fn fallen_shape(&self, shape: &Shape, strains: &Strains) -> Option<Fallen> {
         let scheme = Scheme::get();
-        let pose = |place: Vector3<f64>, at: &Section| {
+        let pose = |place: Vector3<f64>, at: &FrameAndCouple| {
             let directors = Rotation3::from_matrix_unchecked(frame(&(at.turn / at.turn.norm())));
             Isometry3::from_parts(
                 place.into(),

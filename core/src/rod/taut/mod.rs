@@ -33,7 +33,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 pub(in crate::rod) use end_conditions::{TAUT, TIGHT};
 pub use first_order_mass::Rates;
-pub(in crate::rod) use interval::{Section, Symmetry};
+pub(in crate::rod) use interval::{FrameAndCouple, Symmetry};
 pub use landing::Fallen;
 pub use stabilising_spring::Spring;
 pub use taut_rod::{Taut, TautLoad};
@@ -56,8 +56,8 @@ pub enum Tip {
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::rod) struct Shape {
     places: Vec<f64>,
-    nodes: Vec<Section>,
-    stages: Vec<[Section; STAGES]>,
+    nodes: Vec<FrameAndCouple>,
+    stages: Vec<[FrameAndCouple; STAGES]>,
     n: Vector3<f64>,
     tolerance: f64,
 }
@@ -146,7 +146,7 @@ impl Shape {
         places: Vec<f64>,
         n: Vector3<f64>,
         tolerance: f64,
-        section: impl Fn(f64) -> Section,
+        section: impl Fn(f64) -> FrameAndCouple,
     ) -> Self {
         let inner = &Scheme::get().nodes;
         Self {
@@ -178,12 +178,12 @@ impl Shape {
     }
 
     /// Frame and couple at `s`.
-    pub fn at(&self, s: f64) -> Section {
+    pub fn at(&self, s: f64) -> FrameAndCouple {
         let after = self.places.partition_point(|place| *place <= s);
         let k = after.clamp(1, self.stages.len()) - 1;
         let (from, to) = (self.places[k], self.places[k + 1]);
         let by = Scheme::get().interpolate((s - from) / (to - from));
-        let mut found = Section {
+        let mut found = FrameAndCouple {
             turn: self.nodes[k].turn * by[0],
             m: self.nodes[k].m * by[0],
         };
@@ -525,7 +525,7 @@ impl RodUnderForce<'_> {
         self.symmetry.turns && self.symmetry.plane.is_none()
     }
 
-    fn at_end(&self, last: &Section, tip: &Tip) -> AtEnd {
+    fn at_end(&self, last: &FrameAndCouple, tip: &Tip) -> AtEnd {
         let mut end = AtEnd {
             by: SMatrix::zeros(),
             right: SMatrix::zeros(),
@@ -604,7 +604,7 @@ struct EndSums {
 }
 
 /// Frame and couple at a place, the position and the energy up to the place.
-type PassedSection = (Section, Vector3<f64>, f64);
+type PassedSection = (FrameAndCouple, Vector3<f64>, f64);
 
 impl RodUnderForce<'_> {
     /// Sections at places in growing order.

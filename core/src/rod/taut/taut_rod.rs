@@ -1,6 +1,6 @@
 //! Taut rods in the world and in the user's units.
 
-use super::interval::{RodUnderForce, Section};
+use super::interval::{FrameAndCouple, RodUnderForce};
 use super::turning_base::Turning;
 use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solve_taut_rod};
 use crate::error::Result;
@@ -225,7 +225,7 @@ impl Rod {
     pub(in crate::rod) fn outward_section(
         &self,
         s: f64,
-        at: &Section,
+        at: &FrameAndCouple,
         position: &Vector3<f64>,
         energy: f64,
         n: &Vector3<f64>,

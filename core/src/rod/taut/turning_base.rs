@@ -9,7 +9,7 @@
 //! unchanged.
 
 use super::chain::REST;
-use super::condensed::{Condensed, Residual, Variations};
+use super::condensed::{Condensed, IntervalVariations, Residual};
 use super::first_order_mass::{Columns, LinearResponses, LinearisedRod, Rates, neutral_error};
 use super::interval::{RodUnderForce, STAGES};
 use super::{Derivatives, Shape, Spring, Tip};
@@ -50,7 +50,7 @@ pub(super) struct Turning {
     end: [Matrix3<f64>; 3],
 }
 
-impl Variations {
+impl IntervalVariations {
     /// Residual from the load of this interval as the base turns about `axis`, `base` being n(0).
     fn load_turned(&self, axis: &Vector3<f64>, base: &Vector3<f64>) -> Residual {
         let mut left = Residual::NONE;

@@ -21,20 +21,20 @@ use nalgebra::Matrix6;
 #[derive(Debug, Clone)]
 pub struct Carreau {
     viscosity: Viscosity,
-    onset: Onset,
+    onset: PlateauEnd,
     exponent: f64,
 }
 
 /// End of the Newtonian plateau.
 #[derive(Debug, Clone, Copy)]
-enum Onset {
+enum PlateauEnd {
     /// A dissipation, uniform along the rod.
     Dissipation(f64),
     /// A rate of flexure about the weakest axis of each section.
     Flexure(f64),
 }
 
-impl Onset {
+impl PlateauEnd {
     /// Square root of the dissipation e_t.H e_t at which a section of this viscosity leaves the plateau.
     fn root(self, viscosity: &ViscosityAt) -> f64 {
         match self {
@@ -52,7 +52,7 @@ impl Carreau {
     /// An onset or an exponent that is not finite and > 0.
     pub fn new(viscosity: Viscosity, onset: f64, exponent: f64) -> Result<Self> {
         check_positive("onset", onset)?;
-        Self::with(viscosity, Onset::Dissipation(onset), exponent)
+        Self::with(viscosity, PlateauEnd::Dissipation(onset), exponent)
     }
 
     /// The law whose plateau ends at this `rate` of flexure about the weakest axis: the onset is h(s) rate^2, h(s)
@@ -69,10 +69,10 @@ impl Carreau {
                  flexure, or an onset by the dissipation",
             ));
         }
-        Self::with(viscosity, Onset::Flexure(rate), exponent)
+        Self::with(viscosity, PlateauEnd::Flexure(rate), exponent)
     }
 
-    fn with(viscosity: Viscosity, onset: Onset, exponent: f64) -> Result<Self> {
+    fn with(viscosity: Viscosity, onset: PlateauEnd, exponent: f64) -> Result<Self> {
         check_positive("exponent", exponent)?;
         Ok(Self {
             viscosity,
@@ -143,8 +143,8 @@ impl RateLaw for Carreau {
             inverse / factor + bend * bend.transpose() * ((1.0 - self.exponent) / factor);
         if !rate.iter().chain(&by_overstress).all(|x| x.is_finite()) {
             return Err(Error::domain(format!(
-                "the overstress {:?} brings about rates that overflow",
-                driving.as_slice()
+                "the overstress {} brings about rates that overflow",
+                crate::error::named(&crate::error::RESULTANTS, driving.as_slice())
             )));
         }
         Ok(Rate {

@@ -77,8 +77,8 @@ impl<P: DissipationPotential> Dissipative<P> {
             return Ok(());
         }
         Err(Error::domain(format!(
-            "the strains {:?} are outside the domain of the dissipation potential at s = {s}",
-            e.as_slice()
+            "the strains {} are outside the domain of the dissipation potential at s = {s}",
+            crate::error::named(&crate::error::STRAINS, e.as_slice())
         )))
     }
 }
@@ -109,10 +109,10 @@ impl<P: DissipationPotential> Here<'_, P> {
     fn inside(&self, rate: &Strain) -> Result<(Resultant, Matrix6<f64>)> {
         let (slope, curvature) = self.jet(rate).ok_or_else(|| {
             Error::domain(format!(
-                "the dissipation potential is not finite and smooth at s = {}, strains {:?}, rates {:?}",
+                "the dissipation potential is not finite and smooth at s = {}, strains {}, rates of strain {}",
                 self.s,
-                self.e.as_slice(),
-                rate.as_slice()
+                crate::error::named(&crate::error::STRAINS, self.e.as_slice()),
+                crate::error::named(&crate::error::STRAINS, rate.as_slice())
             ))
         })?;
         match Convexity::of(&curvature, self.rigid()) {
@@ -124,12 +124,12 @@ impl<P: DissipationPotential> Here<'_, P> {
 
     fn not_convex(&self, rate: &Strain, smallest: f64, strain: &str) -> Error {
         Error::domain(format!(
-            "the dissipation potential must be strictly convex in the rates (AMV (2.33)); at s = {}, strains {:?}, \
-             rates {:?} the smallest eigenvalue of its second derivative is {smallest:.3e}, mostly \
+            "the dissipation potential must be strictly convex in the rates (AMV (2.33)); at s = {}, strains {}, \
+             rates of strain {} the smallest eigenvalue of its second derivative is {smallest:.3e}, mostly \
              in the rate of {strain}",
             self.s,
-            self.e.as_slice(),
-            rate.as_slice()
+            crate::error::named(&crate::error::STRAINS, self.e.as_slice()),
+            crate::error::named(&crate::error::STRAINS, rate.as_slice())
         ))
     }
 
@@ -140,10 +140,10 @@ impl<P: DissipationPotential> Here<'_, P> {
         for k in (0..6).filter(|k| !rigid[*k]) {
             if !(slope[k].abs() <= STILL * curvature[(k, k)]) {
                 return Err(Error::domain(format!(
-                    "the dissipation potential must have no slope at rest; at s = {}, strains {:?} it is {:?}",
+                    "the dissipation potential must have no slope at rest; at s = {}, strains {} it is {}",
                     self.s,
-                    self.e.as_slice(),
-                    slope.as_slice()
+                    crate::error::named(&crate::error::STRAINS, self.e.as_slice()),
+                    crate::error::named(&crate::error::RESULTANTS, slope.as_slice())
                 )));
             }
         }
@@ -194,8 +194,8 @@ impl<P: DissipationPotential> RateLaw for Dissipative<P> {
         let found = invert(&here, Strain::zeros(), &driving, |_| ()).map_err(|error| {
             error.context(format!(
                 "rates (here called strains) from the dissipation potential (here called stored energy) at s = {s}, \
-                 strains {:?}",
-                e.as_slice()
+                 strains {}",
+                crate::error::named(&crate::error::STRAINS, e.as_slice())
             ))
         })?;
         let by_overstress = found.compliance.matrix();
@@ -203,8 +203,8 @@ impl<P: DissipationPotential> RateLaw for Dissipative<P> {
         let by_strain = -by_overstress * mixed;
         if !by_strain.iter().all(|x| x.is_finite()) {
             return Err(Error::domain(format!(
-                "the dissipation potential is not smooth in the strains at s = {s}, strains {:?}",
-                e.as_slice()
+                "the dissipation potential is not smooth in the strains at s = {s}, strains {}",
+                crate::error::named(&crate::error::STRAINS, e.as_slice())
             )));
         }
         Ok(Rate {

@@ -20,14 +20,14 @@ use std::sync::Arc;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Viscosity {
-    source: Source,
+    source: ViscositySource,
     rigid: [bool; 6],
     /// The viscosity, if uniform along the rod.
     uniform: Option<ViscosityAt>,
 }
 
 #[derive(Debug, Clone)]
-enum Source {
+enum ViscositySource {
     /// The stiffness of this law is H.
     Constant(Box<Linear>),
     Along(Varying),
@@ -119,7 +119,7 @@ impl Viscosity {
     /// A law that is not defined at s = 0, or not positive definite there.
     pub fn from_varying(law: Varying) -> Result<Self> {
         let rigid = law.at(0.0)?.is_rigid();
-        Self::of(law.is_uniform(), Source::Along(law), rigid)
+        Self::of(law.is_uniform(), ViscositySource::Along(law), rigid)
     }
 
     /// H = time x (elastic tangent at the unloaded strains), at every s. With [`KelvinVoigt`](super::KelvinVoigt) all
@@ -130,7 +130,11 @@ impl Viscosity {
     pub fn proportional(law: Arc<dyn SectionLaw>, time: f64) -> Result<Self> {
         check_positive("time", time)?;
         let rigid = rigid_of(&law.inverse(0.0, &Resultant::zeros())?.compliance);
-        Self::of(law.is_uniform(), Source::Proportional(law, time), rigid)
+        Self::of(
+            law.is_uniform(),
+            ViscositySource::Proportional(law, time),
+            rigid,
+        )
     }
 
     /// H at s and its inverse.
@@ -158,17 +162,21 @@ impl Viscosity {
     /// Interior points in s where H is not smooth, in growing order.
     pub fn breaks(&self) -> Vec<f64> {
         match &self.source {
-            Source::Constant(_) => Vec::new(),
-            Source::Along(law) => law.breaks(),
-            Source::Proportional(law, _) => law.breaks(),
+            ViscositySource::Constant(_) => Vec::new(),
+            ViscositySource::Along(law) => law.breaks(),
+            ViscositySource::Proportional(law, _) => law.breaks(),
         }
     }
 
     fn constant(law: Linear) -> Result<Self> {
-        Self::of(true, Source::Constant(Box::new(law)), law.is_rigid())
+        Self::of(
+            true,
+            ViscositySource::Constant(Box::new(law)),
+            law.is_rigid(),
+        )
     }
 
-    fn of(uniform: bool, source: Source, rigid: [bool; 6]) -> Result<Self> {
+    fn of(uniform: bool, source: ViscositySource, rigid: [bool; 6]) -> Result<Self> {
         let mut viscosity = Self {
             source,
             rigid,
@@ -181,11 +189,11 @@ impl Viscosity {
 
     fn linear(self, what: &str) -> Result<Linear> {
         match self.source {
-            Source::Constant(law) => Ok(*law),
-            Source::Along(_) => Err(Error::domain(format!(
+            ViscositySource::Constant(law) => Ok(*law),
+            ViscositySource::Along(_) => Err(Error::domain(format!(
                 "{what} cannot be set on a viscosity given along s: set it in the law it was made from"
             ))),
-            Source::Proportional(..) => Err(Error::domain(format!(
+            ViscositySource::Proportional(..) => Err(Error::domain(format!(
                 "{what} cannot be set on a viscosity that is proportional to an elastic law: it follows from that law"
             ))),
         }
@@ -193,12 +201,12 @@ impl Viscosity {
 
     fn evaluate(&self, s: f64) -> Result<ViscosityAt> {
         let (found, rigid) = match &self.source {
-            Source::Constant(law) => (read(law), law.is_rigid()),
-            Source::Along(law) => {
+            ViscositySource::Constant(law) => (read(law), law.is_rigid()),
+            ViscositySource::Along(law) => {
                 let law = law.at(s).map_err(|e| e.context("the viscosity"))?;
                 (read(&law), law.is_rigid())
             }
-            Source::Proportional(law, time) => {
+            ViscositySource::Proportional(law, time) => {
                 let compliance = law.inverse(s, &Resultant::zeros())?.compliance;
                 let rigid = rigid_of(&compliance);
                 let compliance = compliance.matrix();
@@ -216,9 +224,9 @@ impl Viscosity {
         };
         if rigid != self.rigid {
             return Err(Error::domain(format!(
-                "the viscosity at s = {s} holds other strains rigid than at s = 0: {rigid:?} and {:?}, \
-                 they must be the same all along the rod",
-                self.rigid
+                "the viscosity at s = {s} holds other strains rigid than at s = 0 ({} and {}); they must be the same all along the rod",
+                crate::error::marked_strains(&rigid),
+                crate::error::marked_strains(&self.rigid)
             )));
         }
         if !found

@@ -13,7 +13,7 @@ const SHIFTS: usize = 60;
 /// Residual, a couple in EI/length, at which the search stops, and the residual over 1 + that at the start at which
 /// it has converged: under great loads rounding is a part of the latter.
 const SOLVED: f64 = 1e-13;
-const FOUND: f64 = 1e-9;
+const FOUND: f64 = 1e-8;
 /// Stiffnesses above minus this, in units of EI/length and of the largest one, count as neutral.
 const NEUTRAL: f64 = 1e-9;
 const ROUNDING: f64 = 1e-13;

@@ -77,12 +77,12 @@ pub struct HeavyAssembly {
     /// The rods.
     pub links: Vec<HeavyLink>,
     names: Vec<String>,
-    layout: Layout,
+    layout: AssemblyLayout,
 }
 
 /// Layout of a state: index ranges of all parts.
 #[derive(Debug, Clone)]
-struct Layout {
+struct AssemblyLayout {
     /// Poses and velocities of the bodies.
     bodies: Vec<Range<usize>>,
     /// First velocity of each body among all velocities, and of each base on a ball joint.
@@ -156,7 +156,7 @@ impl Tie {
     }
 
     /// True if the rod turns about an axis or freely.
-    fn is_turning(&self) -> bool {
+    pub(in crate::full_mass) fn is_turning(&self) -> bool {
         self.turns() || self.axes.iter().any(|axis| axis.turns)
     }
 }
@@ -251,7 +251,7 @@ impl HeavyAssembly {
         });
         let links: Vec<HeavyLink> = links.collect();
         Ok(Self {
-            layout: Layout::new(&carriers, &links),
+            layout: AssemblyLayout::new(&carriers, &links),
             carriers,
             links,
             names: Vec::new(),
@@ -421,6 +421,7 @@ impl HeavyAssembly {
             let [q, w] = [&layout.strains[k], &layout.rates[k]].map(|r| &numbers[r.clone()]);
             let moving = link.rod.moving_from(&from.pose, &from.twist, q, w)?;
             let dashpots = &numbers[layout.dashpots[k].clone()];
+            let moving = link.rod.seen_at(t, moving)?;
             rods.push(link.rod.remembering(moving, q, dashpots));
             seats.push((from, to));
         }
@@ -656,7 +657,7 @@ impl HeavyState {
     }
 }
 
-impl Layout {
+impl AssemblyLayout {
     fn new(carriers: &[Body], links: &[HeavyLink]) -> Self {
         let mut next = 0;
         let mut range = |size: usize| {

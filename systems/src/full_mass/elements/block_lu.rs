@@ -14,7 +14,7 @@ pub struct Pattern {
     order: Vec<usize>,
     /// For each site, in the order of the sites: blocks of its row right of the diagonal, by growing order of
     /// elimination, as (site, number of the block of the row, number of the block of the column).
-    later: Vec<Vec<Link>>,
+    later: Vec<Vec<SiteLink>>,
     /// Number of blocks; the first ones are diagonal.
     blocks: usize,
     /// For the elimination of each site: blocks changed, as (changed, of the column, of the row).
@@ -22,7 +22,7 @@ pub struct Pattern {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Link {
+struct SiteLink {
     site: usize,
     above: usize,
     below: usize,
@@ -54,12 +54,12 @@ impl Pattern {
             }
         }
         let mut blocks = sites;
-        let mut later: Vec<Vec<Link>> = Vec::with_capacity(sites);
+        let mut later: Vec<Vec<SiteLink>> = Vec::with_capacity(sites);
         for row in &mut rows {
             row.sort_by_key(|site| place[*site]);
             let links = row.iter().map(|site| {
                 blocks += 2;
-                Link {
+                SiteLink {
                     site: *site,
                     above: blocks - 2,
                     below: blocks - 1,
@@ -105,10 +105,10 @@ impl Pattern {
     pub fn add_scaled<T: Scalar, const D: usize>(
         &self,
         matrix: &[SMatrix<f64, D, D>],
-        x: &[Column<T, D>],
-        y: &mut [Column<T, D>],
+        x: &[NodeColumn<T, D>],
+        y: &mut [NodeColumn<T, D>],
     ) {
-        let add = |y: &mut Column<T, D>, m: &SMatrix<f64, D, D>, x: &Column<T, D>| {
+        let add = |y: &mut NodeColumn<T, D>, m: &SMatrix<f64, D, D>, x: &NodeColumn<T, D>| {
             for i in 0..D {
                 for j in 0..D {
                     y[i] += x[j] * T::from_real(m[(i, j)]);
@@ -141,12 +141,16 @@ impl Pattern {
     }
 }
 
-type Block<T, const D: usize> = [[T; D]; D];
-type Column<T, const D: usize> = [T; D];
+type NodeBlock<T, const D: usize> = [[T; D]; D];
+type NodeColumn<T, const D: usize> = [T; D];
 
 /// a -= b c.
 #[inline]
-fn subtract<T: Scalar, const D: usize>(a: &mut Block<T, D>, b: &Block<T, D>, c: &Block<T, D>) {
+fn subtract<T: Scalar, const D: usize>(
+    a: &mut NodeBlock<T, D>,
+    b: &NodeBlock<T, D>,
+    c: &NodeBlock<T, D>,
+) {
     for i in 0..D {
         for k in 0..D {
             let factor = b[i][k];
@@ -160,9 +164,9 @@ fn subtract<T: Scalar, const D: usize>(a: &mut Block<T, D>, b: &Block<T, D>, c: 
 /// a -= b x.
 #[inline]
 fn subtract_from<T: Scalar, const D: usize>(
-    a: &mut Column<T, D>,
-    b: &Block<T, D>,
-    x: &Column<T, D>,
+    a: &mut NodeColumn<T, D>,
+    b: &NodeBlock<T, D>,
+    x: &NodeColumn<T, D>,
 ) {
     for i in 0..D {
         for j in 0..D {
@@ -172,7 +176,7 @@ fn subtract_from<T: Scalar, const D: usize>(
 }
 
 /// Inverse by Gauss-Jordan with pivots in columns; None if singular.
-fn inverse<T: Scalar, const D: usize>(mut a: Block<T, D>) -> Option<Block<T, D>> {
+fn inverse<T: Scalar, const D: usize>(mut a: NodeBlock<T, D>) -> Option<NodeBlock<T, D>> {
     let mut out = [[T::zero(); D]; D];
     for (i, row) in out.iter_mut().enumerate() {
         row[i] = T::one();
@@ -206,7 +210,7 @@ fn inverse<T: Scalar, const D: usize>(mut a: Block<T, D>) -> Option<Block<T, D>>
 /// Factors of a matrix of blocks of size D.
 #[derive(Debug)]
 pub struct BlockLu<T: Scalar, const D: usize> {
-    blocks: Vec<Block<T, D>>,
+    blocks: Vec<NodeBlock<T, D>>,
 }
 
 impl<T: Scalar, const D: usize> BlockLu<T, D> {
@@ -242,7 +246,7 @@ impl<T: Scalar, const D: usize> BlockLu<T, D> {
     }
 
     /// Overwrites the right-hand side by the solution.
-    pub fn solve(&self, pattern: &Pattern, b: &mut [Column<T, D>]) {
+    pub fn solve(&self, pattern: &Pattern, b: &mut [NodeColumn<T, D>]) {
         for site in &pattern.order {
             let mut own = [T::zero(); D];
             subtract_from(&mut own, &self.blocks[*site], &b[*site]);

@@ -7,13 +7,14 @@
 //! have their lengths. The result is a guess for [`crate::assembly::Assembly::equilibrium`], which needs nothing of
 //! what holds here approximately.
 
+use super::hold::{Confinement, Hold};
 use super::system::{INTEGRALS, PLACE, TWIST};
-use super::{ElementAssembly, ElementLinear, ElementMoment, Freedoms, GIVE, Mesh};
+use super::{Carrier, ElementAssembly, ElementLinear, ElementMoment, Freedoms, GIVE, Mesh};
 use crate::assembly::{
     Assembly, AssemblyEquilibrium, AssemblyRoute, Attachment, Body, BodyMotion, Configuration,
     Joint, Link,
 };
-use crate::body::PointMass;
+use crate::body::{Mass, PointMass, RigidBody};
 use crate::error::Result;
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use crate::full_mass::frames::Curve;
@@ -62,6 +63,14 @@ const SHAPE: f64 = 1e-9;
 const SPANNING: f64 = 1e-6;
 /// Distance of the normal of a plane from an axis of the world.
 const AXIS: f64 = 1e-12;
+/// Least step in the share of loads without a potential.
+const LEAST_SHARE: f64 = 1.0 / 128.0;
+/// Mass and radius of gyration of the site of a joint, over the values of the rod.
+const LIGHT: f64 = 1e-2;
+/// Least stage of the springs that stand for constraints.
+const HELD: f64 = 1e-2;
+/// Mass that carries a force at a place of a rod, over the mass of the rod.
+const BEARER: f64 = 1e-6;
 /// Rounding of energies.
 const ROUNDING: f64 = 1e-12;
 /// Gyration radius of the sections of the weights M, over the length of the rod.
@@ -74,16 +83,16 @@ const GYRATION: f64 = 0.1;
 /// # Errors
 /// As [`Assembly::equilibrium`].
 pub fn equilibrium(assembly: &Assembly, tolerance: f64) -> Result<AssemblyEquilibrium> {
+    // A fall needs a potential.
+    if assembly.has_turning() {
+        return assembly.equilibrium(None, tolerance);
+    }
     let fallen = || {
-        let mut descent = Descent::new(assembly).ok()??;
-        DESCENTS.iter().find_map(|stages| {
-            let guess = descent.rest(stages)?;
-            let found = assembly.equilibrium(Some(&guess), tolerance).ok()?;
-            (found.index == 0).then_some(AssemblyEquilibrium {
-                route: AssemblyRoute::Fallen,
-                ..found
-            })
-        })
+        if assembly.is_conservative(0.0) {
+            at_rest(assembly, tolerance)
+        } else {
+            driven(assembly, tolerance)
+        }
     };
     let mut links = assembly.links().iter();
     let is_loaded = links.any(|link| link.distributed().is_some());
@@ -95,6 +104,45 @@ pub fn equilibrium(assembly: &Assembly, tolerance: f64) -> Result<AssemblyEquili
         return led;
     }
     fallen().map_or(led, Ok)
+}
+
+/// The stable equilibrium to which an assembly falls under loads with a potential.
+fn at_rest(assembly: &Assembly, tolerance: f64) -> Option<AssemblyEquilibrium> {
+    let mut descent = Descent::new(assembly).ok()??;
+    DESCENTS.iter().find_map(|stages| {
+        let guess = descent.rest(stages)?;
+        let beside = |guess: &Configuration| assembly.equilibrium_beside(guess, tolerance);
+        // Base wrenches of the elements may be too rough for a heavy rod: the rods are then solved one by one.
+        let found = beside(&guess)
+            .or_else(|| beside(&assembly.held(guess.bodies.clone(), SHAPE)))
+            .or_else(|| assembly.equilibrium(Some(&guess), tolerance).ok())?;
+        (found.index == 0).then_some(AssemblyEquilibrium {
+            route: AssemblyRoute::Fallen,
+            ..found
+        })
+    })
+}
+
+/// The equilibrium under loads of which some have no potential: the assembly falls without these, which then grow.
+fn driven(assembly: &Assembly, tolerance: f64) -> Option<AssemblyEquilibrium> {
+    let quiet = assembly.with_share_of_driving(0.0, 0.0).ok()?;
+    let mut last = at_rest(&quiet, tolerance)?;
+    let (mut share, mut step) = (0.0, 1.0);
+    while share < 1.0 {
+        let next = f64::min(share + step, 1.0);
+        let loaded = assembly.with_share_of_driving(0.0, next).ok()?;
+        match loaded.equilibrium_beside(&last.now, tolerance) {
+            Some(found) => {
+                (last, share, step) = (found, next, 2.0 * step);
+            }
+            None if step > LEAST_SHARE => step *= 0.5,
+            None => return None,
+        }
+    }
+    Some(AssemblyEquilibrium {
+        route: AssemblyRoute::Fallen,
+        ..last
+    })
 }
 
 /// An assembly in elements.
@@ -151,31 +199,87 @@ fn counts(link: &Link, given: &RodDescription, force: f64) -> Result<Vec<usize>>
     Ok(counts)
 }
 
-/// Tie of a rod's end in the descent. A ball joint stands for the node of a joint on which the rod turns freely.
-/// `None` for other joints.
-fn tie(assembly: &Assembly, link: &Link, on: &Attachment, joint: Joint) -> Option<Tie> {
-    let in_plane = link.bending_director().is_some();
-    let node = on.carried_by().map(|body| &assembly.carriers()[body]);
-    match node.and_then(Body::joint) {
-        None => Some(Tie::new(on.clone(), joint)),
-        Some(guide) => {
-            (guide.turns_freely(in_plane)).then(|| Tie::new(guide.on().clone(), Joint::Ball))
+/// Joints of the descent: ball joints as such, and a site of its own for each other joint.
+struct Joints {
+    /// Site of each carrier; `None` for nodes of ball joints.
+    sites: Vec<Option<usize>>,
+    /// Joints with a site, by the number of their carrier.
+    nodes: Vec<usize>,
+}
+
+impl Joints {
+    fn new(assembly: &Assembly) -> Self {
+        let solids = assembly.solids().len();
+        let mut sites: Vec<Option<usize>> = (0..solids).map(Some).collect();
+        let mut nodes = Vec::new();
+        for (node, carrier) in assembly.carriers().iter().enumerate().skip(solids) {
+            let on_node = |link: &&Link| {
+                [link.from(), link.to()]
+                    .iter()
+                    .any(|on| on.carried_by() == Some(node))
+            };
+            let mut links = assembly.links().iter().filter(on_node);
+            let turns_freely = |link: &Link| {
+                let in_plane = link.bending_director().is_some();
+                carrier
+                    .joint()
+                    .is_some_and(|joint| joint.turns_freely(in_plane))
+            };
+            let is_ball = links.all(turns_freely);
+            sites.push((!is_ball).then_some(solids + nodes.len()));
+            if !is_ball {
+                nodes.push(node);
+            }
         }
+        Self { sites, nodes }
+    }
+
+    /// Tie of a rod's end.
+    fn tie(&self, assembly: &Assembly, on: &Attachment, joint: Joint) -> Tie {
+        let Some(node) = on.carried_by() else {
+            return Tie::new(on.clone(), joint);
+        };
+        match (self.sites[node], assembly.carriers()[node].joint()) {
+            (None, Some(ball)) => Tie::new(ball.on().clone(), Joint::Ball),
+            (site, _) => {
+                let site = site.unwrap_or(node);
+                Tie::new(Attachment::body(site, on.place), joint)
+            }
+        }
+    }
+
+    /// Springs that stand for joints with axes, for grooves, and for the plane of bodies if asked for.
+    fn holds(&self, assembly: &Assembly, planes: bool) -> Vec<Hold> {
+        let (couple, force) = (1.0, 1.0);
+        let mut holds = Vec::new();
+        for (carrier, site) in assembly.carriers().iter().zip(&self.sites) {
+            let Some(site) = *site else { continue };
+            let hold = |by| Hold {
+                site,
+                by,
+                couple,
+                force,
+            };
+            if let Some(groove) = carrier.groove() {
+                holds.push(hold(Confinement::Groove(groove.clone())));
+            }
+            if let Some(guide) = carrier.guide()
+                && (planes || !guide.is_plane())
+            {
+                holds.push(hold(Confinement::Guide(guide.clone())));
+            }
+        }
+        holds
     }
 }
 
 impl<'a> Descent<'a> {
-    /// The assembly in elements. `None` if no descent can be made. Grooves, forces at points of rods and loads without
-    /// a potential allow none. A joint must be a ball joint, or a hinge that turns in the plane of the assembly. The
-    /// plane must be normal to an axis of the world.
+    /// The assembly in elements. `None` for loads without a potential, and for bodies that nothing holds.
     fn new(assembly: &'a Assembly) -> Result<Option<Self>> {
-        let mut loads = assembly.links().iter().filter_map(Link::distributed);
-        let at_points = loads.any(|load| load.points().next().is_some());
-        let mut bodies = assembly.carriers().iter();
-        let in_grooves = bodies.any(|body| body.groove().is_some());
-        if at_points || in_grooves || !assembly.is_conservative(0.0) || !assembly.is_held() {
+        if !assembly.is_conservative(0.0) || !assembly.is_held() {
             return Ok(None);
         }
+        let joints = Joints::new(assembly);
         let mut links = Vec::new();
         let mut elements = Vec::new();
         for link in assembly.links() {
@@ -198,38 +302,49 @@ impl<'a> Descent<'a> {
             };
             elements.push(counts(link, &given, force)?);
             let [base, end] = link.joints();
-            let (Some(from), Some(to)) = (
-                tie(assembly, link, link.from(), base),
-                tie(assembly, link, link.to(), end),
-            ) else {
-                return Ok(None);
-            };
+            let from = joints.tie(assembly, link.from(), base);
+            let to = joints.tie(assembly, link.to(), end);
             links.push(HeavyLink {
                 rod: HeavyRod::coarse(given)?,
                 from,
                 to: Some(to),
             });
         }
-        let bodies = assembly.solids().iter();
-        let bodies = bodies.map(|body| body.clone().standing_at(0.0)).collect();
+        let solids = assembly.solids().iter();
+        let mut bodies: Vec<Body> = solids.map(free_of_constraints).collect();
+        let mass: f64 = links.iter().map(|link| link.rod.given.mass).sum::<f64>() * LIGHT;
+        let size = GYRATION
+            * assembly
+                .links()
+                .iter()
+                .map(|link| link.rod().length())
+                .fold(0.0, f64::max);
+        for _ in &joints.nodes {
+            let inertia = Matrix3::identity() * (mass * size * size);
+            bodies.push(Body::rigid(RigidBody::new(mass, inertia)?));
+        }
         let mesh = Mesh {
             elements,
             degree: DEGREE,
         };
         let mut model = ElementAssembly::new(&HeavyAssembly::new(bodies, links)?, mesh)?;
+        bear_points(assembly, &mut model)?;
         let unloaded = assembly.unloaded(SHAPE)?.bodies;
         let normal = normal(assembly, &unloaded);
-        if let Some(normal) = normal {
-            let axis = normal.iamax();
-            if (normal[axis].abs() - 1.0).abs() > AXIS {
-                return Ok(None);
-            }
+        let axis = normal
+            .map(|normal| normal.iamax())
+            .filter(|axis| normal.is_some_and(|normal| (normal[*axis].abs() - 1.0).abs() <= AXIS));
+        if let Some(axis) = axis {
             model = model.with_freedoms(Freedoms::Plane(axis));
         }
+        let holds = joints.holds(assembly, axis.is_none());
+        model = model.with_holds(holds);
+        let sites = (0..unloaded.len()).filter(|node| joints.sites[*node].is_some());
+        let sites: Vec<BodyMotion> = sites.map(|node| unloaded[node]).collect();
         let count = assembly.links().len() as f64;
         let length = assembly.links().iter().map(|link| link.rod().length());
         Ok(Some(Self {
-            start: start(assembly, &model, &unloaded, normal)?,
+            start: start(assembly, &model, &unloaded, &sites, normal)?,
             length: length.sum::<f64>() / count,
             assembly,
             model,
@@ -246,14 +361,21 @@ impl<'a> Descent<'a> {
             if !(is_rigid || is_last) {
                 continue;
             }
+            let (mut most_couple, mut most_force) = (0.0_f64, 0.0_f64);
             for (rod, link) in self.model.rods.iter_mut().zip(self.assembly.links()) {
                 // Springs are stiffened with the load, so that the rigid strains of all rods give way alike.
                 let load = 1.0 + force_on(self.assembly, link) / link.units()[3];
-                let couple = link.units()[0] * link.rod().length() * load * stage / GIVE;
+                let couple = link.units()[0] * link.rod().length() * load / GIVE;
                 let force = couple / link.rod().length().powi(2);
+                (most_couple, most_force) = (most_couple.max(couple), most_force.max(force));
+                let (couple, force) = (couple * stage, force * stage);
                 for (k, spring) in &mut rod.springs {
                     *spring = if *k < 3 { couple } else { force };
                 }
+            }
+            for hold in &mut self.model.holds {
+                (hold.couple, hold.force) =
+                    (most_couple * stage.max(HELD), most_force * stage.max(HELD));
             }
             y = self.fallen(y, if is_last { CONVERGED } else { LOOSE }, is_last)?;
         }
@@ -383,6 +505,7 @@ impl<'a> Descent<'a> {
     /// Poses of the bodies and joints, and charts of the rods.
     fn configuration(&self, at: &ElementMoment) -> Configuration {
         let mut bodies = self.model.motions(at);
+        bodies.truncate(self.assembly.solids().len());
         let none = BodyMotion::at_rest(Isometry3::identity());
         bodies.resize(self.assembly.carriers().len(), none);
         let solids = self.assembly.solids().len();
@@ -396,6 +519,7 @@ impl<'a> Descent<'a> {
                 }
             }
         }
+        self.assembly.confined(&mut bodies);
         let spanning = self.assembly.links().iter().any(Link::is_pinned);
         let held = spanning.then(|| self.assembly.held(bodies.clone(), SPANNING));
         let links = self.assembly.links().iter().enumerate();
@@ -434,12 +558,41 @@ fn normal(assembly: &Assembly, bodies: &[BodyMotion]) -> Option<Vector3<f64>> {
     })
 }
 
+/// A body at rest without a groove or plane.
+fn free_of_constraints(body: &Body) -> Body {
+    Body::new(body.mass().clone()).standing_at(0.0)
+}
+
+/// Puts the forces at single places of rods on the nodes there.
+fn bear_points(assembly: &Assembly, model: &mut ElementAssembly) -> Result<()> {
+    for (k, link) in assembly.links().iter().enumerate() {
+        let Some(load) = link.distributed() else {
+            continue;
+        };
+        let length = link.rod().length();
+        for (x, force) in load.points() {
+            let places = model.places(k).iter();
+            let nearest = places
+                .enumerate()
+                .min_by(|a, b| (a.1 - x).abs().total_cmp(&(b.1 - x).abs()));
+            let Some((node, _)) = nearest else { continue };
+            if let Carrier::Site(site) = model.rods[k].nodes[node].shift {
+                let bearer = PointMass::new(BEARER * model.rods[k].given.mass)?;
+                let bearer = bearer.with_dead_force(force * length)?;
+                model.sites[site].masses.push(Mass::Point(bearer));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// A state of rods with a small bow, in their unloaded shapes but for the gaps at their ends. Each gap is spread along
 /// its rod. The bow lies in the plane of a planar assembly.
 fn start(
     assembly: &Assembly,
     model: &ElementAssembly,
     bodies: &[BodyMotion],
+    sites: &[BodyMotion],
     normal: Option<Vector3<f64>>,
 ) -> Result<DVector<f64>> {
     let mut rods = Vec::new();
@@ -479,5 +632,5 @@ fn start(
         });
         rods.push(motions.collect());
     }
-    Ok(model.state(&bodies[..assembly.solids().len()], &rods))
+    Ok(model.state(sites, &rods))
 }

@@ -2,11 +2,11 @@
 
 use super::block_lu::{BlockLu, Pattern};
 use super::system::{ElementMoment, INTEGRALS, NodeNow, PLACE, TWIST, by_spin, point, point_rate};
-use super::{Carrier, Element, ElementAssembly, ElementRod, Freedoms, Node};
+use super::{Carrier, ElementAssembly, ElementNode, ElementRod, Freedoms, RodElement};
 use crate::math::se3::{Turn, conjugate, halves, product};
 use crate::section::Strain;
 use crate::solve::system::{Factor, Linearised, Scalar};
-use nalgebra::{DVector, Matrix3, Matrix4x3, Matrix6, SMatrix, SVector, Vector3};
+use nalgebra::{DVector, Matrix3, Matrix4x3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use std::sync::Arc;
 
 /// Matrices of the linearised balance: K, C, M in blocks.
@@ -22,11 +22,11 @@ struct Matrices<const D: usize> {
 /// Jacobian of rods in elements.
 #[derive(Debug)]
 pub struct ElementLinear {
-    shared: Arc<Shared>,
+    shared: Arc<SharedMatrices>,
 }
 
 #[derive(Debug)]
-struct Shared {
+struct SharedMatrices {
     matrices: Sized,
     pattern: Arc<Pattern>,
     spins: Vec<Matrix4x3<f64>>,
@@ -41,13 +41,13 @@ enum Sized {
 /// Factors of sigma^2 M + sigma C + K.
 #[derive(Debug)]
 pub struct ElementFactor<T: Scalar> {
-    shared: Arc<Shared>,
+    shared: Arc<SharedMatrices>,
     sigma: T,
-    factors: Factors<T>,
+    factors: ElementFactors<T>,
 }
 
 #[derive(Debug)]
-enum Factors<T: Scalar> {
+enum ElementFactors<T: Scalar> {
     Plane(BlockLu<T, 3>),
     Space(BlockLu<T, 6>),
 }
@@ -63,7 +63,7 @@ impl ElementAssembly {
     fn stiffness(
         &self,
         rod: &ElementRod,
-        element: &Element,
+        element: &RodElement,
         now: &[NodeNow],
     ) -> Option<ElementStiffness> {
         let nodes = &now[element.nodes.clone()];
@@ -172,8 +172,9 @@ impl ElementAssembly {
         let mut velocity = vec![SMatrix::<f64, D, D>::zeros(); blocks];
         let mut mass = vec![SMatrix::<f64, D, D>::zeros(); self.sites.len()];
         for ((rod, now), forces) in self.rods.iter().zip(&at.nodes).zip(&at.forces) {
+            let seen = rod.seen_at(at.t)?;
             for element in &rod.elements {
-                let found = self.stiffness(rod, element, now)?;
+                let found = self.stiffness(&seen, element, now)?;
                 let nodes = &rod.nodes[element.nodes.clone()];
                 let now = &now[element.nodes.clone()];
                 let count = nodes.len();
@@ -196,17 +197,40 @@ impl ElementAssembly {
                     }
                 }
             }
-            // Levers turn with their body: of minus the couple lever x force.
             for ((node, now), wrench) in rod.nodes.iter().zip(now).zip(forces) {
-                if let Carrier::Site(site) = node.shift
-                    && now.lever != Vector3::zeros()
-                {
-                    let force = halves(wrench).1;
-                    let mut block = Matrix6::zeros();
-                    block
-                        .fixed_view_mut::<3, 3>(0, 0)
-                        .copy_from(&(-force.cross_matrix() * now.lever.cross_matrix()));
+                if let Some((site, block)) = turned_lever(node, now, wrench) {
                     place[site] += picked(&block);
+                }
+            }
+        }
+        for (joint, (holder, action)) in self.joints.iter().zip(&at.joints) {
+            let end = &self.rods[joint.rod].nodes[joint.node];
+            let end_now = &at.nodes[joint.rod][joint.node];
+            let both = [(&joint.holder, holder), (end, end_now)];
+            let found = joint.stiffness([holder, end_now])?;
+            for (i, row) in both.into_iter().enumerate() {
+                for (j, column) in both.into_iter().enumerate() {
+                    self.spread(row, column, &found.place[i][j], |a, b, m| {
+                        place[self.pattern.block(a, b)] += picked(m);
+                    });
+                    self.spread(row, column, &found.velocity[i][j], |a, b, m| {
+                        velocity[self.pattern.block(a, b)] += picked(m);
+                    });
+                }
+                if let Some((site, block)) = turned_lever(row.0, row.1, &action.wrenches[i]) {
+                    place[site] += picked(&block);
+                }
+            }
+        }
+        for hold in &self.holds {
+            let found = hold.stiffness(&at.sites);
+            let ends = [Some(hold.site), hold.carrier()];
+            for (i, a) in ends.iter().enumerate() {
+                for (j, b) in ends.iter().enumerate() {
+                    if let (Some(a), Some(b)) = (a, b) {
+                        let block = found.fixed_view::<6, 6>(6 * i, 6 * j).into_owned();
+                        place[self.pattern.block(*a, *b)] += picked(&block);
+                    }
                 }
             }
         }
@@ -252,13 +276,14 @@ impl ElementAssembly {
     /// Calls `add` with the parts of a 6 x 6 block of two nodes that belong to pairs of sites.
     fn spread(
         &self,
-        (row, row_now): (&Node, &NodeNow),
-        (column, column_now): (&Node, &NodeNow),
+        (row, row_now): (&ElementNode, &NodeNow),
+        (column, column_now): (&ElementNode, &NodeNow),
         block: &Matrix6<f64>,
         mut add: impl FnMut(usize, usize, &Matrix6<f64>),
     ) {
-        let simple =
-            |node: &Node, now: &NodeNow| node.shift == node.turn && now.lever == Vector3::zeros();
+        let simple = |node: &ElementNode, now: &NodeNow| {
+            node.shift == node.turn && now.lever == Vector3::zeros()
+        };
         if simple(row, row_now) && simple(column, column_now) {
             if let (Carrier::Site(a), Carrier::Site(b)) = (row.turn, column.turn) {
                 add(a, b, block);
@@ -266,7 +291,7 @@ impl ElementAssembly {
             return;
         }
         // Displacement of a node per displacement of each carrier: rotation from `turn`, translation from `shift`.
-        let parts = |node: &Node, now: &NodeNow| {
+        let parts = |node: &ElementNode, now: &NodeNow| {
             let mut parts = Vec::with_capacity(2);
             if let Carrier::Site(site) = node.turn {
                 let mut by = Matrix6::zeros();
@@ -291,6 +316,22 @@ impl ElementAssembly {
     }
 }
 
+/// Levers turn with their body: derivative of minus the couple lever x force by a turn of the site.
+fn turned_lever(
+    node: &ElementNode,
+    now: &NodeNow,
+    wrench: &Vector6<f64>,
+) -> Option<(usize, Matrix6<f64>)> {
+    let site = node.shift.site()?;
+    if now.lever == Vector3::zeros() {
+        return None;
+    }
+    let mut block = Matrix6::zeros();
+    let turned = -halves(wrench).1.cross_matrix() * now.lever.cross_matrix();
+    block.fixed_view_mut::<3, 3>(0, 0).copy_from(&turned);
+    Some((site, block))
+}
+
 impl ElementLinear {
     /// The Jacobian at a state; None outside the domain of a law.
     pub(super) fn new(model: &ElementAssembly, y: &DVector<f64>) -> Option<Self> {
@@ -305,7 +346,7 @@ impl ElementLinear {
         let spins =
             (0..model.sites.len()).map(|i| by_spin(&y.fixed_rows::<4>(PLACE * i + 3).into_owned()));
         Some(Self {
-            shared: Arc::new(Shared {
+            shared: Arc::new(SharedMatrices {
                 matrices,
                 pattern: model.pattern.clone(),
                 spins: spins.collect(),
@@ -314,7 +355,7 @@ impl ElementLinear {
     }
 }
 
-impl Shared {
+impl SharedMatrices {
     fn count(&self) -> usize {
         self.spins.len()
     }
@@ -446,8 +487,8 @@ impl Linearised for ElementLinear {
     fn shifted<T: Scalar>(&self, sigma: T) -> Option<ElementFactor<T>> {
         let pattern = &self.shared.pattern;
         let factors = match &self.shared.matrices {
-            Sized::Plane(m) => Factors::Plane(m.factored(pattern, sigma)?),
-            Sized::Space(m) => Factors::Space(m.factored(pattern, sigma)?),
+            Sized::Plane(m) => ElementFactors::Plane(m.factored(pattern, sigma)?),
+            Sized::Space(m) => ElementFactors::Space(m.factored(pattern, sigma)?),
         };
         Some(ElementFactor {
             shared: self.shared.clone(),
@@ -481,8 +522,8 @@ impl ElementFactor<f64> {
     /// True if the factored matrix, which is symmetric, is positive definite.
     pub fn is_positive(&self) -> bool {
         match &self.factors {
-            Factors::Plane(factors) => factors.is_positive(&self.shared.pattern),
-            Factors::Space(factors) => factors.is_positive(&self.shared.pattern),
+            ElementFactors::Plane(factors) => factors.is_positive(&self.shared.pattern),
+            ElementFactors::Space(factors) => factors.is_positive(&self.shared.pattern),
         }
     }
 }
@@ -491,8 +532,8 @@ impl<T: Scalar> Factor<T> for ElementFactor<T> {
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let shared = &*self.shared;
         match (&shared.matrices, &self.factors) {
-            (Sized::Plane(m), Factors::Plane(f)) => shared.solve(m, f, self.sigma, b),
-            (Sized::Space(m), Factors::Space(f)) => shared.solve(m, f, self.sigma, b),
+            (Sized::Plane(m), ElementFactors::Plane(f)) => shared.solve(m, f, self.sigma, b),
+            (Sized::Space(m), ElementFactors::Space(f)) => shared.solve(m, f, self.sigma, b),
             _ => return false,
         }
         b.iter().all(|x| x.is_finite())

@@ -8,10 +8,13 @@
 //! Nodes at the ends are those of bodies, the ground or supports where the rod is tied to them. What has its own
 //! position or rotation is a *site*; the state has positions, quaternions and twists of all sites (`system`).
 //!
-//! Strains that the section law holds rigid are held by springs here. Their give is far below the tolerance.
+//! Strains that the section law holds rigid are held by springs here, and so is what a joint with axes holds
+//! (`axis_joint`). A run chooses their stiffness by the loads ([`ElementAssembly::give_under_loads`]).
 
+mod axis_joint;
 mod block_lu;
 mod descent;
+mod hold;
 mod linear;
 mod refined;
 mod sample;
@@ -30,8 +33,11 @@ use crate::body::{Mass, RigidBody, Support};
 use crate::error::{Error, Result};
 use crate::math::gauss::{Rule, legendre, lobatto};
 use crate::math::se3::{Turn, product};
+use axis_joint::AxisJoint;
 use block_lu::Pattern;
+use hold::Hold;
 use nalgebra::{DMatrix, Isometry3, Vector3};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -53,7 +59,7 @@ enum Carrier {
 
 /// A node of a rod. The carrier `shift` determines the position, the carrier `turn` the rotation.
 #[derive(Debug, Clone)]
-struct Node {
+struct ElementNode {
     shift: Carrier,
     turn: Carrier,
     /// Position in the frame of `shift`, and rotation in the frame of `turn`.
@@ -61,18 +67,21 @@ struct Node {
     rotation: Turn,
 }
 
+/// Mass of a piece of a rod of which the rotary inertia alone rides on a carrier, since its place slides.
+const SLIDING: f64 = 1e-30;
+
 /// A place on the ground or on a support.
 #[derive(Debug, Clone)]
-struct Ground {
+struct ElementGround {
     support: Option<Box<Support<3>>>,
     /// Piece of a rod at a place on it.
-    riding: Mass,
+    riding: Option<Mass>,
     place: Isometry3<f64>,
 }
 
 /// Something that moves by itself.
 #[derive(Debug, Clone)]
-struct Site {
+struct ElementSite {
     masses: Vec<Mass>,
     turns: bool,
     shifts: bool,
@@ -80,7 +89,7 @@ struct Site {
 
 /// Values and derivatives of the polynomials of an element at its Gauss points; derivatives over the element's length.
 #[derive(Debug)]
-struct Table {
+struct GaussTable {
     /// Gauss points on [0, 1], and weights.
     points: Vec<f64>,
     weights: Vec<f64>,
@@ -97,7 +106,7 @@ struct Table {
 
 /// An element of a rod.
 #[derive(Debug, Clone)]
-struct Element {
+struct RodElement {
     /// Nodes, by their numbers in the rod.
     nodes: Range<usize>,
     /// From and to, in parts of the rod.
@@ -109,8 +118,8 @@ struct Element {
 #[derive(Debug, Clone)]
 struct ElementRod {
     given: RodDescription,
-    elements: Vec<Element>,
-    nodes: Vec<Node>,
+    elements: Vec<RodElement>,
+    nodes: Vec<ElementNode>,
     /// Places of the nodes, in parts of the rod.
     places: Vec<f64>,
     /// Springs of the strains held rigid.
@@ -140,19 +149,24 @@ pub enum Freedoms {
 /// Bodies, and rods in elements.
 #[derive(Debug, Clone)]
 pub struct ElementAssembly {
-    sites: Vec<Site>,
-    grounds: Vec<Ground>,
+    sites: Vec<ElementSite>,
+    grounds: Vec<ElementGround>,
     rods: Vec<ElementRod>,
+    /// Springs in place of constraints; none in motion.
+    holds: Vec<Hold>,
+    joints: Vec<AxisJoint>,
+    /// Stiffness of all springs over that of the first ones.
+    hold: f64,
     /// Number of the bodies of the list, the first sites.
     bodies: usize,
     mesh: Mesh,
     freedoms: Freedoms,
-    table: Arc<Table>,
+    table: Arc<GaussTable>,
     pattern: Arc<Pattern>,
     damped: bool,
 }
 
-impl Table {
+impl GaussTable {
     fn new(degree: usize) -> Self {
         let (nodes, _) = lobatto(degree + 1);
         let rule = Rule::new(degree);
@@ -204,8 +218,17 @@ impl ElementRod {
         &self.given.law
     }
 
+    /// The rod with the section law of the time `t`; None where the law is not defined.
+    fn seen_at(&self, t: f64) -> Option<Cow<'_, Self>> {
+        let mut seen = Cow::Borrowed(self);
+        if self.law().varies_in_time() {
+            seen.to_mut().given.law = self.law().seen_at(t)?.into_owned();
+        }
+        Some(seen)
+    }
+
     /// Length of an element.
-    fn length(&self, element: &Element) -> f64 {
+    fn length(&self, element: &RodElement) -> f64 {
         (element.to - element.from) * self.law().length()
     }
 }
@@ -219,19 +242,19 @@ impl ElementAssembly {
     /// The bodies and rods of `given` on a mesh.
     ///
     /// # Errors
-    /// Grooves, joints with axes, Maxwell branches: what elements do not follow.
+    /// Grooves, Maxwell branches: what elements do not follow.
     pub fn new(given: &HeavyAssembly, mesh: Mesh) -> Result<Self> {
         if given.carriers.iter().any(|body| body.groove().is_some()) {
             return Err(only_strains("bodies in grooves"));
         }
-        if given.has_joint_axes() {
-            return Err(only_strains("joints with axes"));
-        }
-        let table = Arc::new(Table::new(mesh.degree));
+        let table = Arc::new(GaussTable::new(mesh.degree));
         let mut made = Self {
             sites: Vec::new(),
             grounds: Vec::new(),
             rods: Vec::new(),
+            holds: Vec::new(),
+            joints: Vec::new(),
+            hold: 1.0,
             bodies: given.carriers.len(),
             freedoms: Freedoms::Space,
             pattern: Arc::new(Pattern::new(0, &[])),
@@ -240,7 +263,7 @@ impl ElementAssembly {
             mesh,
         };
         for body in &given.carriers {
-            made.sites.push(Site {
+            made.sites.push(ElementSite {
                 masses: vec![body.mass().clone()],
                 turns: body.turns(),
                 shifts: true,
@@ -249,20 +272,32 @@ impl ElementAssembly {
         for (k, link) in given.links.iter().enumerate() {
             made.push_rod(k, &link.rod.given, &link.from, link.to.as_ref())?;
         }
-        let mut cliques = Vec::new();
-        for rod in &made.rods {
-            for element in &rod.elements {
-                let nodes = rod.nodes[element.nodes.clone()].iter();
-                let sites = nodes.flat_map(|node| [node.shift, node.turn]);
-                let mut clique: Vec<usize> = sites.filter_map(Carrier::site).collect();
-                clique.sort_unstable();
-                clique.dedup();
-                cliques.push(clique);
-            }
-        }
-        made.pattern = Arc::new(Pattern::new(made.sites.len(), &cliques));
+        made.renew_pattern();
         made.damped = made.rods.iter().any(|rod| rod.law().is_damped());
         Ok(made)
+    }
+
+    /// Pairs of sites that forces join.
+    fn renew_pattern(&mut self) {
+        let clique = |nodes: &[ElementNode]| {
+            let sites = nodes.iter().flat_map(|node| [node.shift, node.turn]);
+            let mut clique: Vec<usize> = sites.filter_map(Carrier::site).collect();
+            clique.sort_unstable();
+            clique.dedup();
+            clique
+        };
+        let mut cliques = Vec::new();
+        for rod in &self.rods {
+            let elements = rod.elements.iter();
+            cliques.extend(elements.map(|element| clique(&rod.nodes[element.nodes.clone()])));
+        }
+        for joint in &self.joints {
+            let carried = self.rods[joint.rod].nodes[joint.node].clone();
+            cliques.push(clique(&[joint.holder.clone(), carried]));
+        }
+        let holds = self.holds.iter();
+        cliques.extend(holds.filter_map(|hold| Some(vec![hold.site, hold.carrier()?])));
+        self.pattern = Arc::new(Pattern::new(self.sites.len(), &cliques));
     }
 
     fn push_rod(
@@ -289,7 +324,7 @@ impl ElementAssembly {
                 let first = places.len() - 1;
                 let inner = self.table.nodes[1..].iter();
                 places.extend(inner.map(|x| from + (to - from) * x));
-                elements.push(Element {
+                elements.push(RodElement {
                     nodes: first..first + degree + 1,
                     from,
                     to,
@@ -319,7 +354,18 @@ impl ElementAssembly {
             };
             let weight: f64 = parts.iter().map(|(_, weight)| weight).sum();
             let piece = given.piece(parts, SLENDER * weight * law.length())?;
-            nodes.push(self.node(tie, piece)?);
+            nodes.push(match tie {
+                None => self.free_node(piece),
+                Some(tie) => {
+                    let (holder, node) = self.tied_node(tie, &piece)?;
+                    if !tie.axes.is_empty() {
+                        let rod = (bending(law)?, law.length());
+                        let joint = AxisJoint::new(holder, (number, i), &tie.axes, rod);
+                        self.joints.push(joint);
+                    }
+                    node
+                }
+            });
             if let (true, Some(body)) = (i == last, &given.body) {
                 self.sites[nodes[i].site()].masses.push(body.clone());
             }
@@ -342,13 +388,7 @@ impl ElementAssembly {
         if rigid.is_empty() {
             return Ok(Vec::new());
         }
-        let rest = law.unloaded(0.0)?;
-        let stiffness = law.stiffness(0.0, &rest, &crate::section::Strain::zeros());
-        let stiffness =
-            stiffness.ok_or_else(|| only_strains("a law without a stiffness at rest"))?;
-        let bending = (0..3)
-            .map(|k| stiffness.by_strain[(k, k)])
-            .fold(0.0, f64::max);
+        let bending = bending(law)?;
         let spring = |k: usize| match k {
             0..3 => bending / GIVE,
             _ => bending / (GIVE * law.length().powi(2)),
@@ -356,76 +396,97 @@ impl ElementAssembly {
         Ok(rigid.into_iter().map(|k| (k, spring(k))).collect())
     }
 
-    /// The node of a rod end: under a tie, or free without one. `piece` is the node's part of the rod's mass.
-    fn node(&mut self, tie: Option<&Tie>, piece: RigidBody) -> Result<Node> {
-        let identity = Turn::new(1.0, 0.0, 0.0, 0.0);
-        let Some(tie) = tie else {
-            let site = Carrier::Site(self.push_site(Mass::Rigid(piece), true));
-            return Ok(Node {
-                shift: site,
-                turn: site,
-                place: Isometry3::identity(),
-                rotation: identity,
-            });
-        };
+    /// A free node with a part of the rod's mass.
+    fn free_node(&mut self, piece: RigidBody) -> ElementNode {
+        let site = self.push_site(Mass::Rigid(piece), true, true);
+        ElementNode {
+            shift: site,
+            turn: site,
+            place: Isometry3::identity(),
+            rotation: Turn::new(1.0, 0.0, 0.0, 0.0),
+        }
+    }
+
+    /// The node of a rod end under a tie, after the node that would be welded there. `piece` is the node's part of the
+    /// rod's mass. An end that slides has its position, one that turns its rotation as a site of its own.
+    fn tied_node(&mut self, tie: &Tie, piece: &RigidBody) -> Result<(ElementNode, ElementNode)> {
         let place = tie.on.place;
-        let turns = tie.joint.turns();
+        let turns = tie.is_turning();
+        let slides = tie.axes.iter().any(|axis| !axis.turns);
         let carrier = match &tie.on.on {
             AttachedTo::Body(body) => {
                 let turn = place.rotation.to_rotation_matrix();
                 let inertia = turn.matrix() * piece.inertia() * turn.matrix().transpose();
                 // Of a piece on a ball joint only the mass rides on the body.
                 let inertia = if turns { inertia * 1e-6 } else { inertia };
-                let riding = RigidBody::new(piece.mass(), inertia)?
-                    .with_centre(place.translation.vector)?
-                    .with_dead_force(*piece.centre().constant())?;
                 let at_point = place.translation.vector == Vector3::zeros() && turns;
-                self.sites[*body].masses.push(if at_point {
-                    Mass::Point(piece.centre().clone())
-                } else {
-                    Mass::Rigid(riding)
-                });
+                let riding = match (slides, at_point) {
+                    (true, _) if turns => None,
+                    (true, _) => Some(Mass::Rigid(RigidBody::new(SLIDING, inertia)?)),
+                    (false, true) => Some(Mass::Point(piece.centre().clone())),
+                    (false, false) => Some(Mass::Rigid(
+                        RigidBody::new(piece.mass(), inertia)?
+                            .with_centre(place.translation.vector)?
+                            .with_dead_force(*piece.centre().constant())?,
+                    )),
+                };
+                self.sites[*body].masses.extend(riding);
                 Carrier::Site(*body)
             }
-            AttachedTo::Ground => self.push_ground(None, &piece, place),
-            AttachedTo::Support(support) => self.push_ground(Some(support.clone()), &piece, place),
+            ground => {
+                let support = match ground {
+                    AttachedTo::Support(support) => Some(support.clone()),
+                    _ => None,
+                };
+                let riding = if !slides {
+                    Some(Mass::Rigid(piece.clone()))
+                } else if turns {
+                    None
+                } else {
+                    Some(Mass::Rigid(RigidBody::new(SLIDING, *piece.inertia())?))
+                };
+                self.grounds.push(ElementGround {
+                    support,
+                    riding,
+                    place,
+                });
+                Carrier::Ground(self.grounds.len() - 1)
+            }
         };
-        let (turn, rotation) = if turns {
-            let site = self.push_site(Mass::Rigid(piece), false);
-            (Carrier::Site(site), identity)
-        } else {
-            let p = place.rotation.quaternion();
-            (carrier, Turn::new(p.w, p.i, p.j, p.k))
-        };
-        Ok(Node {
+        let p = place.rotation.quaternion();
+        let holder = ElementNode {
             shift: carrier,
-            turn,
+            turn: carrier,
             place,
-            rotation,
-        })
+            rotation: Turn::new(p.w, p.i, p.j, p.k),
+        };
+        let mut node = holder.clone();
+        if turns || slides {
+            let mass = if turns {
+                Mass::Rigid(piece.clone())
+            } else {
+                Mass::Point(piece.centre().clone())
+            };
+            let site = self.push_site(mass, turns, slides);
+            if turns {
+                node.turn = site;
+                node.rotation = Turn::new(1.0, 0.0, 0.0, 0.0);
+            }
+            if slides {
+                node.shift = site;
+                node.place = Isometry3::identity();
+            }
+        }
+        Ok((holder, node))
     }
 
-    fn push_site(&mut self, mass: Mass, shifts: bool) -> usize {
-        self.sites.push(Site {
+    fn push_site(&mut self, mass: Mass, turns: bool, shifts: bool) -> Carrier {
+        self.sites.push(ElementSite {
             masses: vec![mass],
-            turns: true,
+            turns,
             shifts,
         });
-        self.sites.len() - 1
-    }
-
-    fn push_ground(
-        &mut self,
-        support: Option<Box<Support<3>>>,
-        piece: &RigidBody,
-        place: Isometry3<f64>,
-    ) -> Carrier {
-        self.grounds.push(Ground {
-            support,
-            riding: Mass::Rigid(piece.clone()),
-            place,
-        });
-        Carrier::Ground(self.grounds.len() - 1)
+        Carrier::Site(self.sites.len() - 1)
     }
 
     /// The mesh.
@@ -445,6 +506,31 @@ impl ElementAssembly {
         self
     }
 
+    /// Adds springs in place of constraints.
+    #[must_use]
+    fn with_holds(mut self, holds: Vec<Hold>) -> Self {
+        self.holds = holds;
+        self.renew_pattern();
+        self
+    }
+
+    /// Stiffness of all springs over that of the first ones.
+    pub fn hold(&self) -> f64 {
+        self.hold
+    }
+
+    /// Sets [`ElementAssembly::hold`].
+    #[must_use]
+    pub fn with_hold(mut self, hold: f64) -> Self {
+        let factor = hold / self.hold;
+        let springs = self.rods.iter_mut().flat_map(|rod| &mut rod.springs);
+        springs.for_each(|(_, spring)| *spring *= factor);
+        let joints = self.joints.iter_mut();
+        joints.for_each(|joint| joint.stiffen(factor));
+        self.hold = hold;
+        self
+    }
+
     /// Number of nodes of the rod that has most.
     pub fn most_nodes(&self) -> usize {
         self.rods
@@ -459,9 +545,9 @@ impl ElementAssembly {
         self.sites.len()
     }
 
-    /// True if springs hold rigid strains.
+    /// True if springs hold rigid strains, or joints with axes.
     pub fn has_springs(&self) -> bool {
-        self.rods.iter().any(|rod| !rod.springs.is_empty())
+        !self.joints.is_empty() || self.rods.iter().any(|rod| !rod.springs.is_empty())
     }
 
     /// Number of rods.
@@ -489,6 +575,7 @@ impl ElementAssembly {
         masses
             .map(|mass| mass.next_break(t))
             .chain(supports.map(|support| support.next_break(t)))
+            .chain(self.rods.iter().map(|rod| rod.law().next_break(t)))
             .fold(f64::INFINITY, f64::min)
     }
 
@@ -504,15 +591,25 @@ impl ElementAssembly {
         sites[..bodies.len()].copy_from_slice(bodies);
         for (rod, motions) in self.rods.iter().zip(rods) {
             for (node, motion) in rod.nodes.iter().zip(motions) {
-                if let Carrier::Site(site) = node.turn
-                    && site >= self.bodies
-                {
-                    sites[site] = *motion;
+                let own = [node.turn, node.shift].into_iter();
+                for site in own.filter_map(Carrier::site) {
+                    if site >= self.bodies {
+                        sites[site] = *motion;
+                    }
                 }
             }
         }
         sites
     }
+}
+
+/// Largest bending or torsional stiffness of a law at the base, unloaded.
+fn bending(law: &Law) -> Result<f64> {
+    let rest = law.unloaded(0.0)?;
+    let stiffness = law.stiffness(0.0, &rest, &crate::section::Strain::zeros());
+    let stiffness = stiffness.ok_or_else(|| only_strains("a law without a stiffness at rest"))?;
+    let each = (0..3).map(|k| stiffness.by_strain[(k, k)]);
+    Ok(each.fold(0.0, f64::max))
 }
 
 impl Carrier {
@@ -524,7 +621,7 @@ impl Carrier {
     }
 }
 
-impl Node {
+impl ElementNode {
     /// The site of a node of the rod's own.
     fn site(&self) -> usize {
         self.turn.site().unwrap_or(0)

@@ -8,7 +8,7 @@
 
 use super::strain_at_point::Point;
 use super::system::{NodeNow, point};
-use super::{Element, ElementAssembly, ElementMoment, ElementRod, INTEGRALS};
+use super::{ElementAssembly, ElementMoment, ElementRod, INTEGRALS, RodElement};
 use crate::assembly::BodyMotion;
 use crate::math::se3::{
     Turn, conjugate, exponential, frame, halves, inverse_left_jacobian, left_jacobian, product,
@@ -24,12 +24,12 @@ const MAGNUS: f64 = 0.144_337_567_297_406_43;
 
 /// Position and rotation of a section.
 #[derive(Clone, Copy)]
-struct Place {
+struct SectionPlace {
     position: Vector3<f64>,
     turn: Turn,
 }
 
-impl Place {
+impl SectionPlace {
     /// The place `inner`, seen from `from`, carried to this place.
     fn carrying(&self, from: &Self, inner: &Self) -> Self {
         let turn = product(&self.turn, &conjugate(&from.turn));
@@ -70,9 +70,9 @@ impl ElementAssembly {
     }
 
     /// Places of the nodes of rod `k`, from the `nodes` on the mesh of `from`.
-    fn places_from(&self, from: &Self, nodes: &[NodeNow], k: usize) -> Vec<Place> {
+    fn places_from(&self, from: &Self, nodes: &[NodeNow], k: usize) -> Vec<SectionPlace> {
         let (rod, old) = (&self.rods[k], &from.rods[k]);
-        let place = |node: &NodeNow| Place {
+        let place = |node: &NodeNow| SectionPlace {
             position: node.position,
             turn: node.turn,
         };
@@ -120,11 +120,11 @@ impl ElementAssembly {
     /// parts of the rod. Rotations at the nodes are integrated. Positions have the given v at the Gauss points.
     fn places_in_half(
         &self,
-        base: Place,
-        half: &Element,
+        base: SectionPlace,
+        half: &RodElement,
         rod: &ElementRod,
         strain: &dyn Fn(f64) -> Strain,
-    ) -> Vec<Place> {
+    ) -> Vec<SectionPlace> {
         let length = rod.law().length();
         let mut made = vec![base];
         for i in half.nodes.clone().skip(1) {
@@ -139,7 +139,7 @@ impl ElementAssembly {
                 let bent = (one + two) * (0.5 * h) + one.cross(&two) * (h * h * MAGNUS);
                 turn = product(&turn, &exponential(&bent));
             }
-            made.push(Place { turn, ..base });
+            made.push(SectionPlace { turn, ..base });
         }
         let table = &*self.table;
         let degree = made.len() - 1;
@@ -165,7 +165,7 @@ impl ElementAssembly {
 }
 
 /// Moves the last place to `end`, and the others by a screw that grows along the rod.
-fn close(made: &mut [Place], end: &Place, places: &[f64]) {
+fn close(made: &mut [SectionPlace], end: &SectionPlace, places: &[f64]) {
     let last = made[made.len() - 1];
     let angle = unit(&product(&end.turn, &conjugate(&last.turn))).scaled_axis();
     let shift = end.position - last.position;

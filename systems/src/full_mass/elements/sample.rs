@@ -1,7 +1,7 @@
 //! Quantities of a moment: sections, strains, bodies, and how well the elements resolve them.
 
 use super::system::{by_spin, point, point_rate};
-use super::{Element, ElementAssembly, ElementMoment, ElementRod, Freedoms};
+use super::{ElementAssembly, ElementMoment, ElementRod, Freedoms, RodElement};
 use crate::assembly::BodyMotion;
 use crate::math::se3::{Turn, unit};
 use crate::section::Strain;
@@ -75,13 +75,60 @@ impl ElementAssembly {
     }
 
     /// Strains at the Gauss points of an element.
-    fn strains_of(&self, at: &ElementMoment, k: usize, element: &Element) -> Vec<Strain> {
+    fn strains_of(&self, at: &ElementMoment, k: usize, element: &RodElement) -> Vec<Strain> {
         let over = 1.0 / self.rods[k].length(element);
         let nodes = &at.nodes[k][element.nodes.clone()];
         let points = self.table.values.iter().zip(&self.table.slopes);
         points
             .map(|(values, slopes)| point(nodes, values, slopes, over).strain())
             .collect()
+    }
+
+    /// Strain of the softest spring under all loads of a moment together, in radians and lengths of the rod.
+    /// The pull of a moving mass is that on a circle with the radius of the rod. 0 without springs.
+    pub fn give_under_loads(&self, at: &ElementMoment) -> f64 {
+        let none = Vector6::zeros();
+        let (mut force, mut speed) = (0.0, 0.0);
+        for (site, now) in self.sites.iter().zip(&at.sites) {
+            let (pose, twist) = (now.pose(), now.twist());
+            for mass in &site.masses {
+                let free = mass.motion(at.t, &pose, &twist, &none).acceleration;
+                force += mass.mass() * free.fixed_rows::<3>(3).norm();
+                speed += mass.mass() * twist.fixed_rows::<3>(3).norm_squared();
+            }
+        }
+        let gives = self.rods.iter().flat_map(|rod| {
+            let length = rod.law().length();
+            let pull = force + speed / length;
+            rod.springs.iter().map(move |(i, spring)| {
+                let lever = if *i < 3 { length.powi(2) } else { 1.0 };
+                pull * lever / spring
+            })
+        });
+        gives.fold(0.0, f64::max)
+    }
+
+    /// Largest give of the springs: means over elements of strains that are held rigid, in radians and lengths of their
+    /// rod, and what joints hold. Errors of the polynomials cancel in the means. `None` outside a law's domain.
+    pub fn give(&self, at: &ElementMoment) -> Option<f64> {
+        let mut most = 0.0_f64;
+        for (k, rod) in self.rods.iter().enumerate() {
+            let rod = rod.seen_at(at.t)?;
+            for element in rod.elements.iter().filter(|_| !rod.springs.is_empty()) {
+                let points = self.table.points.iter().zip(&self.table.weights);
+                let mut mean = Strain::zeros();
+                for (e, (x, weight)) in self.strains_of(at, k, element).iter().zip(points) {
+                    let s = element.from + (element.to - element.from) * x;
+                    mean += (e - rod.law().unloaded(s).ok()?) * *weight;
+                }
+                for (i, _) in &rod.springs {
+                    let length = if *i < 3 { rod.law().length() } else { 1.0 };
+                    most = most.max(mean[*i].abs() * length);
+                }
+            }
+        }
+        let joints = at.joints.iter().map(|(_, action)| action.give);
+        Some(joints.fold(most, f64::max))
     }
 
     /// Strains of rod `k` at places in [0, 1], from those at the Gauss points.
@@ -107,7 +154,7 @@ impl ElementAssembly {
         k: usize,
         places: &[f64],
     ) -> Option<Vec<Vector6<f64>>> {
-        let rod = &self.rods[k];
+        let rod = self.rods[k].seen_at(at.t)?;
         let of = |s: &f64| {
             let (number, x) = rod.element_at(*s);
             let element = &rod.elements[number];
@@ -170,7 +217,7 @@ impl ElementAssembly {
         let (Some(node), Some(force)) = (rod.nodes.last(), forces.last()) else {
             return Vector6::zeros();
         };
-        let Some(site) = node.turn.site().filter(|site| *site >= self.bodies) else {
+        let Some(site) = node.turn.site().filter(|_| !rod.is_held) else {
             return *force;
         };
         // A free end: the wrench of the bodies at the end, without the last piece of the rod.

@@ -4,9 +4,10 @@
 //! to friction, work, loss to drag. The axes are those of the frame of the assembly. Masses are those of single
 //! sites, so that accelerations follow from forces site by site.
 
+use super::axis_joint::JointAction;
 use super::linear::ElementLinear;
 use super::strain_at_point::Point;
-use super::{Carrier, Element, ElementAssembly, ElementRod, Freedoms, Node};
+use super::{Carrier, ElementAssembly, ElementNode, ElementRod, Freedoms, RodElement};
 use crate::assembly::BodyMotion;
 use crate::body::{EndMotion, Mass};
 use crate::full_mass::law::Answer;
@@ -63,6 +64,8 @@ pub struct ElementMoment {
     pub(super) accelerations: Vec<Vector6<f64>>,
     /// Power of friction, of loads without potential and supports, of drag.
     powers: [f64; 3],
+    /// Places of the joints on their holders, and the wrenches of the joints.
+    pub(super) joints: Vec<(NodeNow, JointAction)>,
     /// Energy of the strains, and loss per length at the Gauss points of each rod.
     pub(super) elastic: f64,
     pub(super) lost: Vec<Vec<f64>>,
@@ -248,7 +251,7 @@ impl ElementAssembly {
             .collect()
     }
 
-    fn node_now(&self, node: &Node, sites: &[Moving], grounds: &[Moving]) -> NodeNow {
+    fn node_now(&self, node: &ElementNode, sites: &[Moving], grounds: &[Moving]) -> NodeNow {
         let of = |carrier: Carrier| match carrier {
             Carrier::Site(i) => &sites[i],
             Carrier::Ground(i) => &grounds[i],
@@ -272,7 +275,7 @@ impl ElementAssembly {
     /// Adds the (couple, force) on a node to its sites.
     fn add_to_sites(
         &self,
-        node: &Node,
+        node: &ElementNode,
         now: &NodeNow,
         wrench: &Vector6<f64>,
         out: &mut [Vector6<f64>],
@@ -305,29 +308,47 @@ impl ElementAssembly {
                 .collect();
             let mut pushed = vec![Vector6::zeros(); now.len()];
             let mut lost = Vec::new();
+            let seen = rod.seen_at(t)?;
             for element in &rod.elements {
-                let [energy, loss] = self.pull(rod, element, &now, &mut pushed, &mut lost)?;
+                let [energy, loss, power] =
+                    self.pull(&seen, element, &now, &mut pushed, &mut lost)?;
                 elastic += energy;
                 powers[0] += loss;
+                powers[1] += power;
             }
             for ((node, now), wrench) in rod.nodes.iter().zip(&now).zip(&pushed) {
                 self.add_to_sites(node, now, wrench, &mut on_sites);
-                let driven = |carrier: Carrier| match carrier {
-                    Carrier::Ground(i) => Some(&grounds[i]),
-                    Carrier::Site(_) => None,
-                };
-                // The support holds the node against the rod.
-                let (couple, force) = halves(wrench);
-                if driven(node.turn).is_some() {
-                    powers[1] -= couple.dot(&now.spin);
-                }
-                if driven(node.shift).is_some() {
-                    powers[1] -= force.dot(&now.velocity);
-                }
+                powers[1] += power_of_supports(node, now, wrench);
             }
             nodes.push(now);
             forces.push(pushed);
             all_lost.push(lost);
+        }
+        for hold in &self.holds {
+            let (gradient, energy) = hold.pull(&sites);
+            elastic += energy;
+            on_sites[hold.site] -= gradient.fixed_rows::<6>(0);
+            if let Some(carrier) = hold.carrier() {
+                on_sites[carrier] -= gradient.fixed_rows::<6>(6);
+            }
+        }
+        let mut joints = Vec::with_capacity(self.joints.len());
+        for joint in &self.joints {
+            let holder = self.node_now(&joint.holder, &sites, &grounds);
+            let (end, end_now) = (
+                &self.rods[joint.rod].nodes[joint.node],
+                &nodes[joint.rod][joint.node],
+            );
+            let action = joint.action([&holder, end_now]);
+            let both = [(&joint.holder, &holder), (end, end_now)];
+            for ((node, now), wrench) in both.into_iter().zip(&action.wrenches) {
+                self.add_to_sites(node, now, wrench, &mut on_sites);
+                powers[1] += power_of_supports(node, now, wrench);
+            }
+            elastic += action.held;
+            powers[0] += action.loss;
+            powers[1] += action.power;
+            joints.push((holder, action));
         }
         let mut accelerations = Vec::with_capacity(sites.len());
         for (i, site) in self.sites.iter().enumerate() {
@@ -345,6 +366,7 @@ impl ElementAssembly {
             on_sites,
             accelerations,
             powers,
+            joints,
             elastic,
             lost: all_lost,
         })
@@ -369,15 +391,15 @@ impl ElementAssembly {
         }
     }
 
-    /// Adds the forces of an element to those on the nodes; energy and loss.
+    /// Adds the forces of an element to those on the nodes; energy, loss, and power of what changes the law.
     fn pull(
         &self,
         rod: &ElementRod,
-        element: &Element,
+        element: &RodElement,
         now: &[NodeNow],
         pushed: &mut [Vector6<f64>],
         lost: &mut Vec<f64>,
-    ) -> Option<[f64; 2]> {
+    ) -> Option<[f64; 3]> {
         let nodes = &now[element.nodes.clone()];
         let out = &mut pushed[element.nodes.clone()];
         let length = rod.length(element);
@@ -390,7 +412,7 @@ impl ElementAssembly {
             Vec::new()
         };
         let table = &*self.table;
-        let (mut energy, mut loss) = (0.0, 0.0);
+        let [mut energy, mut loss, mut power] = [0.0; 3];
         for (g, x) in table.points.iter().enumerate() {
             let (values, slopes) = (&table.values[g], &table.slopes[g]);
             let at = point(nodes, values, slopes, over);
@@ -405,6 +427,7 @@ impl ElementAssembly {
             let weight = table.weights[g] * length;
             energy += weight * answer.energy;
             loss += weight * answer.loss;
+            power += weight * answer.power;
             lost.push(answer.loss);
             let pull = at.gradient(&((answer.elastic + answer.friction) * weight), &e);
             for (i, out) in out.iter_mut().enumerate() {
@@ -417,12 +440,13 @@ impl ElementAssembly {
                 }
             }
         }
-        energy.is_finite().then_some([energy, loss])
+        energy.is_finite().then_some([energy, loss, power])
     }
 
     /// Kinetic energy of the bodies and of the rods, stored energy, potential. Pieces of rods on supports count apart.
     pub fn energies(&self, at: &ElementMoment) -> [f64; 4] {
-        let mut sums = [0.0, 0.0, at.elastic, 0.0];
+        let in_joints = at.joints.iter().map(|(_, action)| action.potential);
+        let mut sums = [0.0, 0.0, at.elastic, in_joints.sum()];
         for (i, (site, moving)) in self.sites.iter().zip(&at.sites).enumerate() {
             let (pose, mut twist) = (moving.pose(), moving.twist());
             if !site.shifts {
@@ -449,11 +473,27 @@ impl ElementAssembly {
             let pose = at.pose() * ground.place;
             let lever = pose.translation.vector - at.position;
             let twist = join(&at.spin, &(at.velocity + at.spin.cross(&lever)));
-            sums[0] += ground.riding.kinetic(t, &pose, &twist);
-            sums[1] += ground.riding.potential(t, &pose);
+            if let Some(riding) = &ground.riding {
+                sums[0] += riding.kinetic(t, &pose, &twist);
+                sums[1] += riding.potential(t, &pose);
+            }
         }
         sums
     }
+}
+
+/// Power of the supports that hold a node against a wrench.
+fn power_of_supports(node: &ElementNode, now: &NodeNow, wrench: &Vector6<f64>) -> f64 {
+    let (couple, force) = halves(wrench);
+    let on_ground = |carrier: Carrier| carrier.site().is_none();
+    let mut power = 0.0;
+    if on_ground(node.turn) {
+        power -= couple.dot(&now.spin);
+    }
+    if on_ground(node.shift) {
+        power -= force.dot(&now.velocity);
+    }
+    power
 }
 
 /// Acceleration of a site under the wrench of the rods, with the powers of its loads and drag.

@@ -213,16 +213,17 @@ pub(super) fn compliances(section: &Viscoelastic, s: f64) -> Result<[Matrix6<f64
     let bent = (unloaded.strain - Strain::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)).amax();
     if !(bent <= BENT) {
         return Err(Error::domain(format!(
-            "the rod must be straight and unstretched without load: at s = {s} its strains are {:?}; \
+            "the rod must be straight and unstretched without load: at s = {s} its strains are {}; \
              the kernel is that of small motions about a straight rod: set rest curvature and twist to 0",
-            unloaded.strain.as_slice()
+            crate::error::named(&crate::error::STRAINS, unloaded.strain.as_slice())
         )));
     }
     let rigid = rigid_of(&unloaded.compliance);
     if rigid != section.rate.rigid() {
         return Err(Error::domain(format!(
-            "at s = {s} the elastic law holds rigid {rigid:?} and the rate law {:?}: they must agree",
-            section.rate.rigid()
+            "at s = {s} the elastic law holds other strains rigid than the rate law ({} and {}): they must agree",
+            crate::error::marked_strains(&rigid),
+            crate::error::marked_strains(&section.rate.rigid())
         )));
     }
     let mobility = section

@@ -1,0 +1,458 @@
+//! Runs among obstacles: an event of a contact ends the step, an impact changes the velocity, and the run goes on.
+
+use super::{Event, OnSheet, Outcome, Phase, Progress, Run};
+use crate::contact::{
+    AT_ONCE, AccelerationBound, Bodies, ContactSample, ContactSet, Found, PartOfSum,
+};
+use crate::locate::first_change;
+use crate::sheet::{HeldContacts, LastStep, SheetBody, Struck};
+use snaprod_systems::error::{Error, Result};
+use snaprod_systems::manifold::Multivalued;
+use snaprod_systems::math::gauss::Rule;
+
+/// Obstacles of a run, with the bounds of its impacts.
+#[derive(Clone, Copy)]
+pub struct AmongObstacles<'a> {
+    /// The body at the end of the rod, with its mass and its shape but without loads, and the obstacles.
+    pub bodies: &'a Bodies,
+    /// Normal speed after an impact below which bounces are summed up.
+    pub resting_speed: f64,
+    /// Most impacts.
+    pub max_impacts: u64,
+    /// True if the run ends where the rod itself touches an obstacle; false if the rod passes through.
+    pub rod_touches: bool,
+}
+
+/// A place of a rod that is near an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RodTouch {
+    /// The rod, by its number in an assembly.
+    pub rod: usize,
+    /// The obstacle.
+    pub obstacle: usize,
+    /// The arc length, in units of the rod's length.
+    pub s: f64,
+    /// The distance there, in units of the rod's length.
+    pub gap: f64,
+}
+
+/// The least distance of the rod from the obstacles at a state. The flag asks for a lower bound alone, which is cheap.
+pub(super) type RodGap<'a, const N: usize> = Box<dyn Fn(&Phase<N>, GapBy) -> RodTouch + 'a>;
+
+/// The way in which a distance of the rod is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GapBy {
+    /// A lower bound by the reach of the rod.
+    Reach,
+    /// The shape of the rod.
+    Shape,
+}
+
+/// Distance at which the rod touches an obstacle.
+const TOUCHES: f64 = -1e-9;
+/// Samples of a step in the search for touches of the rod.
+const PLACES: u32 = 8;
+/// Nodes of the integral of friction over a step, where the body has drag too.
+const NODES: usize = 8;
+/// Part of a step at whose start an event is one of the start.
+const AT_START: f64 = 1e-12;
+
+/// The contacts of a run in progress.
+pub(super) struct RunContacts<'a, const N: usize> {
+    set: ContactSet<'a>,
+    max_impacts: u64,
+    rod: Option<RodGap<'a, N>>,
+    /// Kinetic energy lost in impacts, and work of obstacles in them.
+    pub lost: f64,
+    pub struck: f64,
+    /// Friction at contacts as a part of the loss that is integrated, and the work of obstacles as a part of the work.
+    friction: PartOfSum,
+    obstacles: PartOfSum,
+    /// The event at the end of the last step, while it has not happened; the inner None is the end of a step alone.
+    due: Option<Option<Found>>,
+    /// Time of the last event, and events at that time.
+    at_once: (f64, u32),
+    clearance: Clearance,
+}
+
+/// Distances from obstacles when they were last looked at, and the way of the body since: most steps need no more.
+#[derive(Debug, Clone, Copy, Default)]
+struct Clearance {
+    body: f64,
+    rod: f64,
+    travelled: f64,
+}
+
+impl Clearance {
+    /// Distance that an end of a rod within reach must have for a way of this length. The ellipse of the places that a
+    /// rod reaches widens with the root of what its chord gets shorter by.
+    fn of_rod(way: f64) -> f64 {
+        way + (0.5 * way).sqrt()
+    }
+
+    /// True if nothing can have been reached.
+    fn is_left(&self) -> bool {
+        self.travelled < self.body && Self::of_rod(self.travelled) < self.rod
+    }
+}
+
+impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
+    /// The run among obstacles. The clamp must stand. `rod`: distance of the rod from the obstacles; None if the rod
+    /// is not looked for.
+    ///
+    /// # Errors
+    /// A start inside an obstacle; contact forces without a solution; a rod with mass.
+    pub(super) fn among(
+        mut self,
+        obstacles: AmongObstacles<'a>,
+        rod: Option<RodGap<'a, N>>,
+    ) -> Result<Self> {
+        if self.body.rod().is_some() {
+            return Err(Error::domain(
+                "contact is not followed together with the mass of the rod: inertia = \"none\" leaves it out",
+            ));
+        }
+        let mut contacts = RunContacts {
+            set: ContactSet::new(obstacles.bodies, obstacles.resting_speed),
+            max_impacts: obstacles.max_impacts,
+            rod,
+            lost: 0.0,
+            struck: 0.0,
+            friction: PartOfSum::default(),
+            obstacles: PartOfSum::default(),
+            due: None,
+            at_once: (f64::NEG_INFINITY, 0),
+            clearance: Clearance::default(),
+        };
+        let phase = self.motion.phase();
+        if self.early.is_some() {
+            let moved = (self.given().pose - self.now().pose).norm();
+            let gap = self.struck_body(&contacts).at(&phase).least_gap();
+            if !(gap > 2.0 * moved) {
+                return Err(Error::domain(format!(
+                    "a start from the straight rod needs room: its first step moves the body by {moved:.3e} lengths of the rod, and an obstacle is \
+                     {gap:.3e} away; move the obstacle, or start the rod a little bent"
+                )));
+            }
+        }
+        let mut state = Struck {
+            phase,
+            lost: 0.0,
+            work: 0.0,
+        };
+        contacts
+            .set
+            .open(&self.struck_body(&contacts), &mut state)?;
+        let start = contacts.rod.as_ref().map(|rod| rod(&phase, GapBy::Shape));
+        if let Some(touch) = start.filter(|touch| touch.gap <= TOUCHES) {
+            return Err(Error::domain(format!(
+                "the rod starts {:.3e} of its length inside {}, deepest at s = {:.6} of its length; move the obstacle or the start, or write \
+                 rods = \"none\" in [contact] to let rods pass through obstacles",
+                -touch.gap,
+                obstacles.bodies.obstacle_name(touch.obstacle),
+                touch.s
+            )));
+        }
+        self.contacts = Some(contacts);
+        self.go_on_from(state)?;
+        Ok(self)
+    }
+
+    fn struck_body(&self, contacts: &RunContacts<'a, N>) -> SheetBody<'a, 'a, M, N> {
+        SheetBody {
+            manifold: self.manifold,
+            body: self.body,
+            system: contacts.set.system,
+            until: self.motion.until(),
+        }
+    }
+
+    /// Continues on the sheet from a state with the contacts as they are now.
+    fn go_on_from(&mut self, state: Struck<N>) -> Result<()> {
+        let Some(contacts) = &mut self.contacts else {
+            return Ok(());
+        };
+        contacts.lost += state.lost;
+        contacts.struck += state.work;
+        let share = f64::from(u8::from(contacts.set.holds()));
+        (contacts.friction).go_on(state.phase.drag_loss, share);
+        (contacts.obstacles).go_on(state.phase.work, share);
+        let held = HeldContacts::new(contacts.set.system, &contacts.set.closed);
+        let orientation = self.motion.orientation();
+        self.past = self.cost();
+        self.motion = OnSheet::among_obstacles(
+            self.manifold,
+            self.body,
+            state.phase,
+            orientation,
+            held,
+            &self.options,
+        )?;
+        self.outward = self.motion.moves_outward();
+        Ok(())
+    }
+
+    /// The time up to which the next step may lead: the end of the run, or of a sequence of bounces.
+    pub(super) fn end_of_step(&self) -> f64 {
+        let pending = self.contacts.iter().flat_map(|all| &all.set.pending);
+        let ends = pending.map(|pending| pending.t);
+        ends.fold(self.options.duration, f64::min)
+    }
+
+    /// Looks for contact in the step just taken, and ends the step at the first event.
+    pub(super) fn look_for_contact(&mut self, progress: Progress) -> Result<Progress> {
+        let Some(mut contacts) = self.contacts.take() else {
+            return Ok(progress);
+        };
+        let ended = self.look(&mut contacts, progress);
+        self.contacts = Some(contacts);
+        ended
+    }
+
+    fn look(
+        &mut self,
+        contacts: &mut RunContacts<'a, N>,
+        mut progress: Progress,
+    ) -> Result<Progress> {
+        let lost = || Error::no_convergence("a step among obstacles has no interpolant");
+        let step = self.motion.last_step().ok_or_else(lost)?;
+        let body = self.struck_body(contacts);
+        let length = step.to.t - step.from.t;
+        let way = (step.from.v.norm() + 0.5 * step.acceleration * length) * length;
+        contacts.clearance.travelled += way;
+        let stands = contacts.set.closed.is_empty() && !contacts.set.system.moves();
+        if stands && contacts.clearance.is_left() {
+            return Ok(progress);
+        }
+        if let Some((t, found)) = self.first_event(contacts, &body, &step) {
+            progress = Progress::Moved;
+            contacts.due = Some(Some(found));
+            let ended = match found {
+                _ if t <= AT_START * length => {
+                    self.motion.take_back();
+                    true
+                }
+                Found::Touch(k) => {
+                    let gap = |at: &Phase<N>| body.at(at).touch(k).0.gap;
+                    let place = self.motion.at(step.from.t + t).ok_or_else(lost)?;
+                    let (touch, slip) = body.at(&place).touch(k);
+                    let rate = touch.normal.dot(&slip);
+                    self.motion.end_where(step.from.t + t, rate, gap)
+                }
+                Found::Turn(_) => self.motion.end_at(step.from.t + t),
+            };
+            if !ended {
+                return Err(Error::no_convergence("an event of a contact was lost"));
+            }
+        }
+        if let Some(touch) = self.rod_touch(contacts) {
+            self.found = Some(Event::Stop(Outcome::RodTouch(touch)));
+            return Ok(Progress::Moved);
+        }
+        if contacts.set.holds() {
+            self.divide_sums(contacts, &body, &step);
+            let mut state = Struck {
+                phase: self.motion.phase(),
+                lost: 0.0,
+                work: 0.0,
+            };
+            let kept = contacts.set.keep(&body, &mut state);
+            let held = HeldContacts::new(contacts.set.system, &contacts.set.closed);
+            self.motion.renew_contacts(held);
+            if kept && progress == Progress::Moved {
+                self.motion.correct(state.phase);
+            }
+            contacts.due.get_or_insert(None);
+        }
+        let now = self.motion.phase();
+        let rod = contacts.rod.as_ref();
+        contacts.clearance = Clearance {
+            body: body.at(&now).least_gap(),
+            rod: rod.map_or(f64::INFINITY, |rod| rod(&now, GapBy::Reach).gap),
+            travelled: 0.0,
+        };
+        Ok(progress)
+    }
+
+    /// The first event of a contact in a step: its time from the start of the step.
+    fn first_event(
+        &mut self,
+        contacts: &RunContacts<'a, N>,
+        body: &SheetBody<'a, 'a, M, N>,
+        step: &LastStep<N>,
+    ) -> Option<(f64, Found)> {
+        let length = step.to.t - step.from.t;
+        let ends = [body.at(&step.from), body.at(&step.to)];
+        let bounds = [AccelerationBound::linear(step.acceleration)];
+        let motion = &mut self.motion;
+        let touch = (contacts.set).first_touch([&ends[0], &ends[1]], length, &bounds, |t| {
+            Some(body.at(&motion.at(step.from.t + t)?))
+        });
+        let mut first = touch.map(|(t, k)| (t, Found::Touch(k)));
+        if contacts.set.holds() {
+            let inside = self.motion.inside()?;
+            let turn = (contacts.set)
+                .first_turn(|x| Some(body.loaded(&if x == 1.0 { step.to } else { inside(x) })));
+            if let Some((x, watch)) = turn {
+                let t = inside(x).t - step.from.t;
+                if first.is_none_or(|(earlier, _)| t < earlier) {
+                    first = Some((t, Found::Turn(watch)));
+                }
+            }
+        }
+        first
+    }
+
+    /// The first touch of the rod with an obstacle within the last step. The step then ends at the touch.
+    fn rod_touch(&mut self, contacts: &RunContacts<'a, N>) -> Option<RodTouch> {
+        let rod = contacts.rod.as_ref()?;
+        let step = self.motion.last_step()?;
+        let speed = step.from.v.norm().max(step.to.v.norm());
+        let moved = speed * (step.to.t - step.from.t);
+        let reach = |at: &Phase<N>| rod(at, GapBy::Reach).gap;
+        if reach(&step.from).min(reach(&step.to)) > Clearance::of_rod(moved) {
+            return None;
+        }
+        let room = |at: &Phase<N>| rod(at, GapBy::Shape).gap - TOUCHES;
+        let fraction = first_change(self.motion.inside()?, PLACES, room)?;
+        self.motion.end_after(fraction);
+        Some(rod(&self.motion.phase(), GapBy::Shape))
+    }
+
+    /// Tells friction from drag, and the work of obstacles from that of loads, in the step just taken.
+    fn divide_sums(
+        &mut self,
+        contacts: &mut RunContacts<'a, N>,
+        body: &SheetBody<'a, 'a, M, N>,
+        step: &LastStep<N>,
+    ) {
+        let damped = self.body.is_damped();
+        if !damped && !self.body.is_driven() {
+            return;
+        }
+        let to = self.motion.phase();
+        let span = to.t - step.from.t;
+        let closed = contacts.set.closed.clone();
+        let rule = Rule::new(NODES);
+        let mut sums = [0.0; 2];
+        for (x, weight) in rule.nodes.iter().zip(&rule.weights) {
+            let at = self.motion.at(step.from.t + x * span);
+            let action = at.and_then(|at| body.loaded(&at).act(&closed));
+            if let Some(action) = action {
+                sums[0] += action.loss * weight * span;
+                sums[1] += action.work * weight * span;
+            }
+        }
+        let share = |part: f64, sum: f64| if sum == 0.0 { 0.0 } else { part / sum };
+        let grown = [to.drag_loss - step.from.drag_loss, to.work - step.from.work];
+        (contacts.friction).go_on(step.from.drag_loss, share(sums[0], grown[0]));
+        (contacts.obstacles).go_on(step.from.work, share(sums[1], grown[1]));
+    }
+
+    /// Lets what is due at the end of the last step happen, and returns the first event that is still to be reported.
+    pub(super) fn contact_event(&mut self) -> Option<Result<Event>> {
+        let mut contacts = self.contacts.take()?;
+        let happened = match contacts.due.take() {
+            Some(found) => self.happen(&mut contacts, found),
+            None => Ok(None),
+        };
+        let event = (!contacts.set.events.is_empty()).then(|| contacts.set.events.remove(0));
+        let hits = contacts.set.impacts;
+        let limit = contacts.max_impacts;
+        self.contacts = Some(contacts);
+        match happened {
+            Err(why) => return Some(Err(why)),
+            Ok(Some(state)) => {
+                if let Err(why) = self.go_on_from(state) {
+                    return Some(Err(why));
+                }
+            }
+            Ok(None) => {}
+        }
+        match event {
+            Some(event) => Some(Ok(Event::Contact(event))),
+            None if hits >= limit => Some(Ok(self.stop(Outcome::ImpactLimit))),
+            None => None,
+        }
+    }
+
+    /// The state after the event at the end of a step; None if nothing has changed.
+    fn happen(
+        &mut self,
+        contacts: &mut RunContacts<'a, N>,
+        found: Option<Found>,
+    ) -> Result<Option<Struck<N>>> {
+        let body = self.struck_body(contacts);
+        let mut state = Struck {
+            phase: self.motion.phase(),
+            lost: 0.0,
+            work: 0.0,
+        };
+        let changed = contacts.set.happen(&body, &mut state, found)?;
+        let (t, count) = contacts.at_once;
+        let stands = state.phase.t <= t + f64::EPSILON * t.abs();
+        contacts.at_once = if !changed {
+            contacts.at_once
+        } else if stands {
+            (t, count + 1)
+        } else {
+            (state.phase.t, 0)
+        };
+        if contacts.at_once.1 > AT_ONCE {
+            return Err(Error::no_convergence(
+                "contacts open, close, slip or stick again and again at one moment",
+            ));
+        }
+        Ok(changed.then_some(state))
+    }
+
+    /// After a snap: closed contacts stay closed, or open under the new force of the rod.
+    pub(super) fn settle_contacts(&mut self) -> Result<()> {
+        let Some(mut contacts) = self.contacts.take() else {
+            return Ok(());
+        };
+        let mut state = Struck {
+            phase: self.motion.phase(),
+            lost: 0.0,
+            work: 0.0,
+        };
+        let body = self.struck_body(&contacts);
+        let settled = contacts.set.settle(&body, &mut state, &[]);
+        contacts.due = None;
+        let inside = contacts
+            .rod
+            .as_ref()
+            .map(|rod| rod(&state.phase, GapBy::Shape));
+        self.contacts = Some(contacts);
+        settled?;
+        self.go_on_from(state)?;
+        if let Some(touch) = inside.filter(|touch| touch.gap <= TOUCHES) {
+            self.found = Some(Event::Stop(Outcome::RodTouch(touch)));
+        }
+        Ok(())
+    }
+
+    /// The contacts at a state within the last step, or now; None without obstacles.
+    pub(super) fn contact_sample(&self, phase: &Phase<N>) -> Option<ContactSample> {
+        let contacts = self.contacts.as_ref()?;
+        let mut now = self.struck_body(contacts).loaded(phase);
+        let mut sample = ContactSample {
+            impact_lost: contacts.lost,
+            friction_lost: contacts.friction.at(phase.drag_loss),
+            obstacle_work: contacts.struck + contacts.obstacles.at(phase.work),
+            least_gap: now.least_gap(),
+            ..ContactSample::default()
+        };
+        let list = now.contacts_now(&contacts.set.closed);
+        for (slot, contact) in sample.contacts.iter_mut().zip(list) {
+            *slot = Some(contact);
+        }
+        Some(sample)
+    }
+
+    /// Energy lost in impacts, and work of obstacles in them.
+    pub(super) fn of_impacts(&self) -> [f64; 2] {
+        let contacts = self.contacts.as_ref();
+        contacts.map_or([0.0; 2], |contacts| [contacts.lost, contacts.struck])
+    }
+}
