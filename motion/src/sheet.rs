@@ -129,7 +129,7 @@ pub struct OnSheet<'a, M, const N: usize> {
 const LONGER: f64 = 3.0;
 /// Largest distance to the end of time, relative to 1 + the time, at which a state has arrived.
 const ON_TIME: f64 = 1e-12;
-/// Most halvings of a step in which time turns back but no fold is found; then time stands still, and the step fails.
+/// Most halvings of a step in which no fold is found where time turns back, or whose end is not hit; then the step fails.
 const HALVINGS: u32 = 60;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
@@ -393,38 +393,43 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let mut h_max = 4.0 * remaining / self.solver.slope().t.max(f64::MIN_POSITIVE);
         let mut cost = Cost::default();
         let mut halvings = 0;
-        let (step, fold) = loop {
+        let progress = loop {
             let mut step = self.one_step(h_max)?;
+            let h = step.h();
             let both = &mut self.both(f);
             let fold = first_fold(&mut step, both, &mut cost)
                 .and_then(|guess| locate(&step, both, guess, |_, slope| slope.t, &mut cost));
-            if fold.is_some() || step.end_slope().t > 0.0 {
-                break (step, fold);
+            let progress = match fold {
+                // Time turned back and the fold was not found: it must be in a shorter step.
+                None if !(step.end_slope().t > 0.0) => {
+                    self.solver.rewind(*step.from(), *step.start_slope());
+                    None
+                }
+                // A fold at the end of time counts too: no step can start from a fold.
+                Some(mut fold) if fold.step.to().t <= end + ON_TIME * (1.0 + end) => {
+                    let to = fold.step.to_mut();
+                    to.t = to.t.min(end);
+                    self.rewind(fold.step);
+                    Some(Progress::Fold {
+                        time_error: fold.time_error,
+                    })
+                }
+                Some(fold) => self.finish(fold.step, end, f, &mut cost),
+                None if step.to().t >= end => self.finish(step, end, f, &mut cost),
+                None => {
+                    self.last = Some(step);
+                    Some(Progress::Moved)
+                }
+            };
+            if let Some(progress) = progress {
+                break progress;
             }
-            // Time turned back and the fold was not found: it must be in a shorter step.
-            self.solver.rewind(*step.from(), *step.start_slope());
+            // Noise of the slopes may hide the end in a long step, as of a body at rest: a shorter one comes nearer.
             halvings += 1;
             if halvings > HALVINGS {
                 return None;
             }
-            h_max = 0.5 * step.h();
-        };
-        let progress = match fold {
-            // A fold at the end of time counts too: no step can start from a fold.
-            Some(mut fold) if fold.step.to().t <= end + ON_TIME * (1.0 + end) => {
-                let to = fold.step.to_mut();
-                to.t = to.t.min(end);
-                self.rewind(fold.step);
-                Progress::Fold {
-                    time_error: fold.time_error,
-                }
-            }
-            Some(fold) => self.finish(fold.step, end, f, &mut cost)?,
-            None if step.to().t >= end => self.finish(step, end, f, &mut cost)?,
-            None => {
-                self.last = Some(step);
-                Progress::Moved
-            }
+            h_max = 0.5 * h;
         };
         let total = self.solver.cost_mut();
         *total = *total + cost;

@@ -115,6 +115,14 @@ pub struct Rotation {
     pub angle: f64,
 }
 
+impl Rotation {
+    /// The rotation matrix.
+    pub(crate) fn matrix(&self) -> nalgebra::Rotation3<f64> {
+        let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::from(self.axis));
+        nalgebra::Rotation3::from_axis_angle(&axis, self.angle)
+    }
+}
+
 /// Supports and loads of the end, s = L: `[end]` may be empty, but not left out.
 ///
 /// Four kinds: nothing held (a load), only the position held (a ball joint), position and orientation held (a clamp),

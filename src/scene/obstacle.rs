@@ -2,7 +2,7 @@
 
 use super::ends::{ClampMotion, Rotation};
 use crate::{Result, obstacle};
-use nalgebra::{Rotation3, Unit, Vector2, Vector3};
+use nalgebra::{Rotation3, Vector2, Vector3};
 use serde::Serialize;
 
 /// A body that stands or moves in a given way, and that the scene's rods and bodies do not enter.
@@ -144,10 +144,7 @@ impl Obstacle {
                 sides,
                 rotation,
             } => {
-                let turn = rotation.as_ref().map_or_else(Rotation3::identity, |turn| {
-                    let axis = Unit::new_normalize(Vector3::from(turn.axis));
-                    Rotation3::from_axis_angle(&axis, turn.angle)
-                });
+                let turn = rotation.map_or_else(Rotation3::identity, |turn| turn.matrix());
                 obstacle::Obstacle::cuboid(place(centre), place(sides), turn)
             }
         }

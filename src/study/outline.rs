@@ -1,7 +1,7 @@
 //! Outlines of obstacles for figures: lines on their surfaces near the rod.
 
 use crate::scene::{Obstacle, ObstacleShape};
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::TAU;
 
 /// Points of a circle.
@@ -86,10 +86,7 @@ pub fn outline(obstacle: &Obstacle, points: &[Vector3<f64>]) -> Vec<Polyline> {
             sides,
             rotation,
         } => {
-            let turn = rotation.as_ref().map_or_else(Rotation3::identity, |turn| {
-                let axis = Unit::new_normalize(Vector3::from(turn.axis));
-                Rotation3::from_axis_angle(&axis, turn.angle)
-            });
+            let turn = rotation.map_or_else(Rotation3::identity, |turn| turn.matrix());
             cuboid(&(*centre).into(), &Vector3::from(*sides), &turn)
         }
     }

@@ -423,7 +423,7 @@ fn drawn(draws: &mut Draws, end: Vector2<f64>) -> Obstacle {
 /// how many events there were.
 fn follow_drawn(count: usize, seed: u64) -> [usize; 2] {
     let mut draws = Draws(seed);
-    let (mut whole, mut events, mut stuck) = (0, 0, 0);
+    let (mut whole, mut events, mut wedged) = (0, 0, 0);
     for number in 0..count {
         let q = Vector2::new(draws.between(-1.5, 1.5), draws.between(0.2, 3.0));
         let v = Vector2::new(draws.between(-1.0, 1.0), draws.between(-1.0, 1.0));
@@ -485,13 +485,13 @@ fn follow_drawn(count: usize, seed: u64) -> [usize; 2] {
         match told.outcome {
             Outcome::EndOfTime => whole += 1,
             Outcome::RodTouch(_) | Outcome::ImpactLimit => {}
-            // A run may end in words: two surfaces wedge the body, or the rod is straight at full reach.
-            Outcome::Stuck(_) => stuck += 1,
+            // Two surfaces that close in on the body may wedge it.
+            Outcome::Stuck(stuck) if stuck.to_string().contains("wedging") => wedged += 1,
             other => panic!("{case}: {other:?}"),
         }
         events += told.events.len();
     }
-    assert!(stuck <= count / 50, "{stuck} of {count} stuck");
+    assert!(wedged <= count / 50, "{wedged} of {count} wedged");
     [whole, events]
 }
 
@@ -502,11 +502,10 @@ fn motions_among_obstacles_drawn_at_random() {
     assert!(whole > 8 && events > 30, "{whole}, {events}");
 }
 
-/// Catches what the short test of motions drawn at random catches, in many more scenes. Scene 645 of this series ends
-/// with a ledger that is open by 0.63: a fault that is known and not mended (docs/contact.md).
+/// Catches what the short test of motions drawn at random catches, in many more scenes.
 #[test]
 #[ignore = "second tier: 20 s"]
 fn many_motions_among_obstacles_drawn_at_random() {
-    let [whole, events] = follow_drawn(640, 2);
-    assert!(whole > 150 && events > 1000, "{whole}, {events}");
+    let [whole, events] = follow_drawn(1000, 2);
+    assert!(whole > 300 && events > 2000, "{whole}, {events}");
 }

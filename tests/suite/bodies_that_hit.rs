@@ -446,6 +446,42 @@ fn a_point_leaves_a_sphere() {
     assert_eq!(keys(&events), ["release"]);
 }
 
+/// Catches a point that a sharp edge turns, stops or loses energy: the point slides to the edge of a table and falls.
+/// The edge has no radius, so that the curvature of the surface has no bound there. Friction slows the point before.
+#[test]
+fn a_point_slides_over_a_sharp_edge() {
+    let corner = |x: f64, y: f64| nalgebra::Vector2::new(x, y);
+    let table = [
+        corner(-2.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 0.0),
+        corner(-2.0, 0.0),
+    ];
+    for (friction, tolerance) in [(0.0, 1e-8), (0.0, 1e-12), (0.2, 1e-10), (0.2, 1e-13)] {
+        let (weight, speed) = (2.0, 1.5);
+        let bodies = alone(
+            point(v(0.0, -weight, 0.0)),
+            Shape::Point,
+            Obstacle::polygon(&table).expect("a table"),
+            surface(0.5, friction),
+        );
+        let options = options(1.2).with_tolerance(tolerance).expect("a tolerance");
+        let start = [at(v(0.1, 0.0, 0.0), v(speed, 0.0, 0.0))];
+        let mut motion = BodyMotion::new(&bodies, &start, options).expect("a start");
+        let events = run(&mut motion, 1e-9);
+        assert_eq!(keys(&events), ["release"]);
+        // 0.9 = speed t - friction weight t^2/2.
+        let slows = friction * weight;
+        let left = (speed * speed - 2.0 * slows * 0.9).sqrt();
+        let t = 2.0 * 0.9 / (speed + left);
+        near(events[0].time(), t, 1e-9);
+        let (end, falls) = (motion.now(), 1.2 - t);
+        let place = end.motions[0].pose.translation.vector;
+        near(place.x, 1.0 + left * falls, 1e-8);
+        near(place.y, -0.5 * weight * falls * falls, 1e-8);
+    }
+}
+
 /// Catches a gap of a hollow surface with the wrong sign, and a slow pendulum: a ball slides in a tube without friction
 /// as a pendulum of length R - a, given by the energy integral.
 #[test]

@@ -168,7 +168,7 @@ fn scenes_with_obstacles_are_written_and_read_again() {
     );
 }
 
-/// Catches bad input that is accepted, or whose message does not say what is allowed.
+/// Catches bad input that is accepted, and messages that do not say which values are allowed.
 #[test]
 fn faults_of_obstacles_have_words() {
     let faults = |set: &[&str]| match Scene::parse_with(BOUNCE, set) {

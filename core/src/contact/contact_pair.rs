@@ -1,6 +1,6 @@
 //! Contacts of a body with an obstacle or with another body: for each pair of shapes a few gap functions.
 
-use super::{Obstacle, PlacedShape, RigidMotion, Shape, Spread, Touch};
+use super::{Feature, Obstacle, PlacedShape, RigidMotion, Shape, Spread, Touch};
 use crate::error::{Error, Result};
 use nalgebra::{UnitVector3, Vector2, Vector3};
 
@@ -12,6 +12,13 @@ pub struct ContactPair {
     kind: Kind,
     /// True if the first frame of `kind` is b.
     flipped: bool,
+}
+
+/// The plane of a face of an obstacle with sharp edges, in the obstacle's frame. The plane goes on beyond the edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    point: Vector3<f64>,
+    normal: UnitVector3<f64>,
 }
 
 /// A gap function of a first and a second frame, each part in its own frame.
@@ -97,6 +104,43 @@ impl ContactPair {
         Self {
             flipped: !self.flipped,
             ..self
+        }
+    }
+
+    /// The face under a point at an obstacle with sharp edges. None for other pairs, and where an edge is nearest.
+    pub fn face(&self, a: &RigidMotion, b: &RigidMotion) -> Option<Face> {
+        let (first, second) = if self.flipped { (b, a) } else { (a, b) };
+        let Kind::Knob {
+            centre,
+            radius: 0.0,
+            surface: surface @ (Obstacle::Prism { .. } | Obstacle::Cuboid { .. }),
+        } = &self.kind
+        else {
+            return None;
+        };
+        let x = second.seen(&first.place(centre));
+        let gap = surface.gap(&x);
+        matches!(gap.feature, Feature::Face(_)).then(|| Face {
+            point: x - gap.normal * gap.value,
+            normal: UnitVector3::new_normalize(gap.normal),
+        })
+    }
+
+    /// The contact of the frames a and b with a face in place of the whole obstacle.
+    pub fn touch_on(&self, face: &Face, a: &RigidMotion, b: &RigidMotion) -> Touch {
+        let Kind::Knob { centre, radius, .. } = &self.kind else {
+            return self.touch(a, b);
+        };
+        let (first, second) = if self.flipped { (b, a) } else { (a, b) };
+        let plane = Obstacle::Plane {
+            point: face.point,
+            normal: face.normal,
+        };
+        let touch = knob(first, centre, *radius, second, &plane);
+        if self.flipped {
+            touch.turned_round()
+        } else {
+            touch
         }
     }
 

@@ -11,7 +11,7 @@ mod touch;
 
 pub use crate::obstacle::{Feature, Gap, Obstacle};
 pub use complementarity::{Complementarity, ContactSolution, MAX_AT_ONCE, Mode, OneContact};
-pub use contact_pair::ContactPair;
+pub use contact_pair::{ContactPair, Face};
 pub use impact::{Impact, Rebound};
 pub use rigid_motion::{MovingObstacle, RigidMotion};
 pub use shape::{PlacedShape, Shape};

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// The partner in a contact of a body. Bodies and obstacles are numbered in the order in which they were added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Partner {
-    /// The body of this number. In an event the number is larger than that of the first body.
+    /// The body of this number. An event names the body of the larger number as the partner.
     Body(usize),
     /// The obstacle of this number.
     Obstacle(usize),

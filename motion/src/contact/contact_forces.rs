@@ -3,7 +3,7 @@
 use super::bodies::{Bodies, Candidate, Partner};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Vector2, Vector3, Vector6};
 use snaprod_systems::contact::{
-    Accelerated, Complementarity, ContactSolution, Mode, OneContact, RigidMotion, Touch,
+    Accelerated, Complementarity, ContactSolution, Face, Mode, OneContact, RigidMotion, Touch,
 };
 use snaprod_systems::math::se3::{halves, join};
 
@@ -12,6 +12,8 @@ use snaprod_systems::math::se3::{halves, join};
 pub(crate) struct Closed {
     pub candidate: usize,
     pub grip: Grip,
+    /// The face on which a point moves, if the obstacle has sharp edges: forces are those on the plane of the face.
+    pub face: Option<Face>,
 }
 
 /// The state of a closed contact.
@@ -159,6 +161,25 @@ impl<'a> Moment<'a> {
         (touch, slip)
     }
 
+    /// The geometry of a closed contact, and its slip velocity.
+    pub fn touch_of(&self, closed: &Closed) -> (Touch, Vector3<f64>) {
+        let Some(face) = &closed.face else {
+            return self.touch(closed.candidate);
+        };
+        let candidate = &self.system.candidates[closed.candidate];
+        let [a, b] = self.frames(candidate);
+        let touch = candidate.pair.touch_on(face, a.motion, b.motion);
+        let slip = touch.slip(a.motion, b.motion);
+        (touch, slip)
+    }
+
+    /// The face on which the point of a candidate touches an obstacle with sharp edges.
+    pub fn face(&self, number: usize) -> Option<Face> {
+        let candidate = &self.system.candidates[number];
+        let [a, b] = self.frames(candidate);
+        candidate.pair.face(a.motion, b.motion)
+    }
+
     /// A bound of -gap'' near this moment for a candidate, by speeds and by `bounds` of the bodies' accelerations.
     /// Curvature of convex surfaces only adds to gap''.
     pub fn largest_fall(&self, number: usize, bounds: &[AccelerationBound]) -> f64 {
@@ -182,10 +203,18 @@ impl<'a> Moment<'a> {
 
     /// The contact of a candidate with its rows. The first tangent lies along `along`.
     pub fn row(&self, number: usize, along: Option<&Vector3<f64>>) -> ContactRow {
+        self.row_at(number, self.touch(number), along)
+    }
+
+    /// The row of a candidate with this geometry and slip velocity.
+    fn row_at(
+        &self,
+        number: usize,
+        (touch, slip): (Touch, Vector3<f64>),
+        along: Option<&Vector3<f64>>,
+    ) -> ContactRow {
         let candidate = &self.system.candidates[number];
         let [a, b] = self.frames(candidate);
-        let touch = candidate.pair.touch(a.motion, b.motion);
-        let slip = touch.slip(a.motion, b.motion);
         let axes = touch.axes(along.unwrap_or(&slip));
         let mut parts = vec![SlipPart {
             body: candidate.id.body,
@@ -283,17 +312,17 @@ impl<'a> Moment<'a> {
         let held = closed.iter().filter(|closed| closed.grip != Grip::Idle);
         held.map(|closed| {
             let Grip::Slip(remembered) = closed.grip else {
-                return self.row(closed.candidate, None);
+                return self.row_at(closed.candidate, self.touch_of(closed), None);
             };
-            let (touch, slip) = self.touch(closed.candidate);
-            let slip = slip - touch.normal * touch.normal.dot(&slip);
+            let (touch, whole) = self.touch_of(closed);
+            let slip = whole - touch.normal * touch.normal.dot(&whole);
             // The direction does not turn round within a step: the slip comes to rest at an event.
             let along = if slip.dot(&remembered) > STILL {
                 slip
             } else {
                 remembered
             };
-            self.row(closed.candidate, Some(&along))
+            self.row_at(closed.candidate, (touch, whole), Some(&along))
         })
         .collect()
     }

@@ -1,4 +1,4 @@
-//! The contacts of a state of a run, with their losses and work so far.
+//! Contacts of a state of a run: gaps, forces, and the losses and work up to the state.
 
 use super::contact_set::ContactNow;
 use snaprod_systems::contact::MAX_AT_ONCE;

@@ -6,13 +6,15 @@ use super::contact_forces::{Closed, ContactRow, Grip, Moment};
 use super::contact_set::{ContactSet, Pending};
 use super::impacts::connected;
 use nalgebra::{Vector2, Vector3};
-use snaprod_systems::contact::{Mode, OneContact};
+use snaprod_systems::contact::{Mode, OneContact, Touch};
 use snaprod_systems::error::Result;
 
 /// Slip speed, as a part of the resting speed, below which surfaces do not slip.
 pub(super) const STILL: f64 = 1e-3;
 /// Acceleration of a gap, relative to that without contact forces, above which an unloaded contact opens.
 const OPENS: f64 = 1e-9;
+/// Way beyond a sharp edge after which a point has left its face.
+const OFF_FACE: f64 = 1e-12;
 /// Gaps and normal velocities of closed contacts above which a state is corrected.
 const DRIFT: f64 = 1e-14;
 
@@ -32,6 +34,8 @@ pub(crate) enum Watched {
     Hold,
     /// The speed of slip along its direction.
     Slip,
+    /// Less than [`OFF_FACE`] beyond a sharp edge of the face. A point that slides over the edge leaves the obstacle.
+    Edge,
 }
 
 impl Moment<'_> {
@@ -45,6 +49,12 @@ impl Moment<'_> {
             let force: Vector3<f64> = solution.forces.fixed_rows::<3>(3 * i).into_owned();
             let of = |what| RestWatch { candidate, what };
             watched.push((of(Watched::Pressure), force.x));
+            if closed.face.is_some() {
+                // The place of the whole obstacle nearest to the point, beside that of the plane of the face.
+                let nearest = |touch: &Touch| touch.point - touch.normal * touch.gap;
+                let aside = nearest(&self.touch(candidate).0) - nearest(&row.touch);
+                watched.push((of(Watched::Edge), OFF_FACE - aside.norm()));
+            }
             let friction = self.system.candidates[candidate].surface.friction();
             match closed.grip {
                 // Without friction nothing changes where the slip turns round.
@@ -150,6 +160,7 @@ impl ContactSet<'_> {
             let closed = Closed {
                 candidate: row.candidate,
                 grip,
+                face: now.face(row.candidate),
             };
             self.closed.push(closed);
             stays.push((i, closed));
@@ -244,7 +255,7 @@ impl ContactSet<'_> {
             return Ok(());
         };
         match watch.what {
-            Watched::Pressure => {
+            Watched::Pressure | Watched::Edge => {
                 self.closed.remove(at);
                 self.release(dynamics, y, candidate);
                 self.settle(dynamics, y, &[])

@@ -42,11 +42,12 @@ const TAIL: f64 = 0.7;
 const FIRST: usize = 2;
 /// Most elements of an interval.
 const MOST_ELEMENTS: usize = 400;
-/// Give of the springs of rigid strains under the loads of the start, over the tolerance. The stiffness of the springs
-/// follows, up to the largest over that of the first springs.
+/// Give of the springs of rigid strains under the loads, over the tolerance. The stiffness of the springs follows, up
+/// to `HARDEST` times that of the first springs. Loads in time are sampled in `LOOKS` intervals of the run.
 const GIVE: f64 = 0.3;
+const LOOKS: usize = 64;
 const HARDEST: f64 = 1e7;
-/// Give over the tolerance that ends a run: what is asked to be rigid is not.
+/// Largest give of a rigid strain, over the tolerance; a larger give ends the run.
 const GIVES_WAY: f64 = 10.0;
 /// Part of the accelerations out of a plane that ends a motion in the plane.
 const ASIDE: f64 = 1e-9;
@@ -141,7 +142,10 @@ impl ElementRun {
             }
         };
         let loaded = model.moment(&y).ok_or_else(outside)?;
-        let give = model.give_under_loads(&loaded) / (GIVE * options.tolerance);
+        let times: Vec<f64> = (0..=LOOKS)
+            .map(|k| loaded.t + options.duration * k as f64 / LOOKS as f64)
+            .collect();
+        let give = model.give_under_loads(&loaded, &times) / (GIVE * options.tolerance);
         let model = model.with_hold(give.clamp(1.0, HARDEST));
         let (model, undecided) = match in_a_plane(&model, &y) {
             InPlane::One(axis) => (model.with_freedoms(Freedoms::Plane(axis)), false),

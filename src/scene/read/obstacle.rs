@@ -224,7 +224,7 @@ fn moves(table: &Table) -> Option<Option<crate::scene::ClampMotion>> {
     if !table.has("motion") {
         return Some(None);
     }
-    // A turn, which clamps have, is reported as a field that obstacles do not have.
+    // Obstacles only translate: the reader reports a turn as an unknown field.
     let inner = table.inner("motion", &OBSTACLE_MOTION)?;
     let whole = motion(table)?;
     inner.has("translate").then_some(whole).or_else(|| {

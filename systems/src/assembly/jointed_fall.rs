@@ -1,8 +1,9 @@
 //! Landing of a light rod with joints that has lost its equilibrium, with the carriers of its joints held (theory 2.6).
 //!
 //! The strains relax as in [`super::landing`], with the wrench w of the attachment on the end. The joints have no mass
-//! and no friction, so that w does as much work on their motions as their laws. With D the twist of the attachment of
-//! the end relative to that of the base by the coordinates y, and L the wrench of a load along the rod about the base,
+//! and no friction, so that w does as much work on their motions as their laws. The coordinates of the joints are y. D
+//! is the twist of the end's attachment relative to the base's attachment by y. L is the wrench of a load along the rod
+//! about the base. Then
 //! ```text
 //! e_T = e^(Q w) - e,    int Q^T e_T - D y_T = -2 (end - attachment),    D^T w = laws + (motions of the base)^T L.
 //! ```

@@ -1,8 +1,8 @@
 //! Light rods whose ends have joints with axes, in motion: chart and coordinates of the joints together (theory 3.3).
 //!
-//! A rod without mass turns its joints until no couple is left about their axes. With xi the twist of the end relative
-//! to the base as the carriers move, and b the change of the actions A of the rod and of the laws about the axes by
-//! the motion of the carriers alone, chart q and coordinates y obey
+//! A rod without mass turns its joints until no couple is left about their axes. The twist of the end relative to the
+//! base as the carriers move is xi. The actions A of the rod and of the laws about the axes change by b as the carriers
+//! move. Chart q and coordinates y obey
 //! ```text
 //! J q' - D y' = xi,       A_q q' + A_y y' = -b.
 //! ```

@@ -362,7 +362,7 @@ impl Link {
         Ok(self)
     }
 
-    /// Rotation of the base before any evaluation; that of a body enters there.
+    /// Rotation of the base before the first evaluation. An evaluation adds the rotation of the body.
     fn first_base(&self) -> UnitQuaternion<f64> {
         let base = match self.from.carried_by() {
             Some(_) => self.from.place,

@@ -29,6 +29,8 @@ const NODE_STEP: f64 = 4e-3;
 const NEAR_END: f64 = 1e-4;
 /// Distance of a line from an end of the rod at which the line counts as having reached the end.
 const REACHED: f64 = 1e-6;
+/// Singular value, over the largest, up to which a direction of the equations counts as free.
+const RANK: f64 = 1e-9;
 /// Most events of a branch.
 const MOST_EVENTS: usize = 200;
 
@@ -129,7 +131,7 @@ pub enum ContactStop {
     Event(ContactEventKind),
     /// More events than a branch may have.
     TooManyEvents,
-    /// A point that cannot be described, with the reason: the rod has lost its digits.
+    /// The next equilibrium has too few digits; the text says why.
     Lost(String),
 }
 
@@ -300,8 +302,8 @@ impl<F: Fn(f64) -> Result<ContactProblem>> TouchedFamily<'_, F> {
         Ok(found)
     }
 
-    /// The unit tangent (dx, dp), of either sense.
-    fn tangent(&self, x: &DVector<f64>, p: f64) -> Result<DVector<f64>> {
+    /// The unit tangent (dx, dp), of either sense. None if the equations leave more than one direction.
+    fn tangent(&self, x: &DVector<f64>, p: f64) -> Result<Option<DVector<f64>>> {
         let at = self.linearised(x, p)?;
         let n = x.len();
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
@@ -309,10 +311,20 @@ impl<F: Fn(f64) -> Result<ContactProblem>> TouchedFamily<'_, F> {
         matrix.view_mut((0, n), (n, 1)).copy_from(&at.slope);
         let svd = matrix.svd(false, true);
         let least = svd.singular_values.imin();
+        let free = RANK * svd.singular_values.max();
+        if svd
+            .singular_values
+            .iter()
+            .filter(|value| **value <= free)
+            .count()
+            > 1
+        {
+            return Ok(None);
+        }
         let rows = svd
             .v_t
             .ok_or_else(|| Error::no_convergence("the branch has no direction at its crease"))?;
-        Ok(rows.row(least).transpose())
+        Ok(Some(rows.row(least).transpose()))
     }
 }
 
@@ -465,14 +477,9 @@ impl ContactBranch {
                     return Ok(follower.branch);
                 }
                 Next::Sheet(kind, start) => {
-                    let has_line = kind.iter().any(|touch| touch.line.is_some());
                     let sheet = follower.sheet(kind);
-                    let begun = Continuation::along(&sheet, &start, follower.options.clone());
-                    next = match begun {
-                        // Without weight the free parts beside a line have neutral modes: the line has no one place.
-                        Err(_) if has_line => Next::End(ContactStop::Event(ContactEventKind::Line)),
-                        begun => follower.along(&sheet, begun?)?,
-                    };
+                    let begun = Continuation::along(&sheet, &start, follower.options.clone())?;
+                    next = follower.along(&sheet, begun)?;
                 }
             }
         }
@@ -630,7 +637,15 @@ impl<'a, F: Fn(f64) -> Result<ContactProblem>> Follower<'a, F> {
         }
         let next = self.sheet(touching.touches.clone());
         let x = problem.unknowns(&touching);
-        let mut tangent = next.tangent(&x, point.p)?;
+        let Some(mut tangent) = next.tangent(&x, point.p)? else {
+            // Without weight the free parts beside a line have neutral modes: the line has no one place.
+            return match bound.kind {
+                ContactEventKind::Line => Ok(Next::End(ContactStop::Event(ContactEventKind::Line))),
+                _ => Err(Error::no_convergence(
+                    "the branch has more than one direction at its crease",
+                )),
+            };
+        };
         let n = x.len();
         // A line up to the end begins and is left a little before the end: the next sheet begins beyond its own bound.
         let at_tip = |touch: &ScaledTouch| touch.at_end || touch.goes_on_to_end();

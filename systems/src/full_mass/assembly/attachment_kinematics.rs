@@ -36,7 +36,7 @@ pub(super) struct Seat {
     pub driven: Vector6<f64>,
     /// Number of the body, and lever from its reference point.
     on: Option<(usize, Vector3<f64>)>,
-    /// Freedoms of the joint, each with the attachment as it is before that freedom.
+    /// Freedoms of the joint, each with the attachment before the freedom acts.
     pub freed: Vec<(AxisNow, Self)>,
     /// True for a base on a ball joint, which turns freely.
     spins: bool,

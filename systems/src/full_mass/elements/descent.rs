@@ -199,7 +199,7 @@ fn counts(link: &Link, given: &RodDescription, force: f64) -> Result<Vec<usize>>
     Ok(counts)
 }
 
-/// Joints of the descent: ball joints as such, and a site of its own for each other joint.
+/// Joints of the descent. A ball joint has no site; every other joint has one.
 struct Joints {
     /// Site of each carrier; `None` for nodes of ball joints.
     sites: Vec<Option<usize>>,

@@ -122,7 +122,7 @@ impl Hold {
         (gradient, 0.5 * forces.dot(&here.gap) + here.potential)
     }
 
-    /// Derivative of the gradient, whose components follow the turns of their own site.
+    /// Derivative of the gradient. The components of the gradient turn with the site.
     pub fn stiffness(&self, sites: &[Moving]) -> SMatrix<f64, SIDES, SIDES> {
         let here = self.apart(sites, &Sides::zeros());
         let forces = self.weighed(&here.gap);

@@ -41,7 +41,7 @@ impl SectionPlace {
 }
 
 impl ElementAssembly {
-    /// The state of a coarser mesh `from` on this mesh. Elements of this mesh divide elements of `from`.
+    /// The state `y` of the coarser mesh `from`, on the finer mesh of `self`.
     pub fn carried(&self, from: &Self, y: &DVector<f64>) -> Option<DVector<f64>> {
         let at = from.moment(y)?;
         let rods = (0..self.rods.len()).map(|k| self.motions_from(from, &at, k));

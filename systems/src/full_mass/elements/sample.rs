@@ -84,19 +84,30 @@ impl ElementAssembly {
             .collect()
     }
 
-    /// Strain of the softest spring under all loads of a moment together, in radians and lengths of the rod.
-    /// The pull of a moving mass is that on a circle with the radius of the rod. 0 without springs.
-    pub fn give_under_loads(&self, at: &ElementMoment) -> f64 {
+    /// Largest strain of the softest spring under all loads of a time together, in radians and lengths of the rod.
+    /// Loads in time are those at `times`; bodies move as at the moment. The pull of a moving mass is that on a circle
+    /// with the radius of the rod. 0 without springs.
+    pub fn give_under_loads(&self, at: &ElementMoment, times: &[f64]) -> f64 {
         let none = Vector6::zeros();
-        let (mut force, mut speed) = (0.0, 0.0);
-        for (site, now) in self.sites.iter().zip(&at.sites) {
-            let (pose, twist) = (now.pose(), now.twist());
-            for mass in &site.masses {
-                let free = mass.motion(at.t, &pose, &twist, &none).acceleration;
-                force += mass.mass() * free.fixed_rows::<3>(3).norm();
-                speed += mass.mass() * twist.fixed_rows::<3>(3).norm_squared();
-            }
-        }
+        let masses = || {
+            let sites = self.sites.iter().zip(&at.sites);
+            sites.flat_map(|(site, now)| site.masses.iter().map(move |mass| (mass, now)))
+        };
+        let force_at = |t: f64| -> f64 {
+            let forces = masses().map(|(mass, now)| {
+                let free = mass
+                    .motion(t, &now.pose(), &now.twist(), &none)
+                    .acceleration;
+                mass.mass() * free.fixed_rows::<3>(3).norm()
+            });
+            forces.sum()
+        };
+        let force = times
+            .iter()
+            .fold(0.0, |most, t| f64::max(most, force_at(*t)));
+        let speed: f64 = masses()
+            .map(|(mass, now)| mass.mass() * now.twist().fixed_rows::<3>(3).norm_squared())
+            .sum();
         let gives = self.rods.iter().flat_map(|rod| {
             let length = rod.law().length();
             let pull = force + speed / length;
