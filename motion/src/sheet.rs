@@ -129,7 +129,8 @@ pub struct OnSheet<'a, M, const N: usize> {
 const LONGER: f64 = 3.0;
 /// Largest distance to the end of time, relative to 1 + the time, at which a state has arrived.
 const ON_TIME: f64 = 1e-12;
-/// Most halvings of a step in which no fold is found where time turns back, or whose end is not hit; then the step fails.
+/// Most halvings of a step in which no fold is found where time turns back, or whose end is not hit. Then the step
+/// fails.
 const HALVINGS: u32 = 60;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
