@@ -54,7 +54,7 @@ fn options(duration: f64, tolerance: f64, method: Method) -> Options {
     options.expect("options").with_method(method)
 }
 
-fn run(duration: f64, tolerance: f64, method: Method) -> AssemblyRun {
+fn run(duration: f64, tolerance: f64, method: Method) -> AssemblyRun<'static> {
     let (assembly, start) = assembly();
     AssemblyRun::new(assembly, &start, options(duration, tolerance, method)).expect("a run")
 }

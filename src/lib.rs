@@ -124,6 +124,8 @@
 //! | [`assembly`] | several rods and bodies: equilibria, stability, equations of motion, landings, contact |
 //! | [`full_mass`] | rods of full mass: kinematics, balance, equilibria, vibrations |
 //! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
+//! | [`ring`], [`tube`] | sections of tubes under pressure: buckling, contact, wall laws |
+//! | [`membrane`] | inflated spheres and discs, gas, a piston |
 //! | [`motion`] | runs: motion on a sheet, snaps, ledger; viscoelastic motion; exact reductions |
 //! | `scene` | scenes in TOML (feature `scene`) |
 //! | `study` | the program's commands as functions: scene in, records out (feature `scene`) |
@@ -203,6 +205,8 @@ pub use snaprod_systems::{
     assembly, body, contact, elastica, error, full_mass, manifold, math, obstacle, rod, section,
     solve, viscoelastic,
 };
+#[doc(inline)]
+pub use snaprod_walls::{membrane, ring, tube};
 #[doc(inline)]
 pub use snaprod_waves::bar;
 

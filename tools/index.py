@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 INDEX = pathlib.Path("docs/files.md")
-ROOMS = ["core/src", "systems/src", "waves/src", "motion/src", "plot/src", "src", "python/src", "play/src"]
+ROOMS = ["core/src", "systems/src", "waves/src", "walls/src", "motion/src", "plot/src", "src", "python/src", "play/src"]
 
 
 def first_sentence(path):

@@ -10,14 +10,17 @@
 mod bounce;
 mod branching;
 mod chart_switching;
+mod contacts;
 mod events;
 mod first_order_mass;
 mod implicit;
 mod joints;
+mod rod_gap;
 mod sample;
 mod step;
 
 use branching::Crossing;
+use contacts::AssemblyContacts;
 use implicit::Implicit;
 pub use sample::AssemblySample;
 
@@ -25,6 +28,7 @@ use super::event::{Bounce, Event, Outcome};
 use super::ledger::LedgerClosure;
 use super::locate::Timed;
 use super::options::{FINEST, Options};
+use super::run::RodTouch;
 use super::snap::{LandingRule, Landings, Snap, SnapEnd};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{
@@ -111,7 +115,7 @@ enum AssemblyPending {
 
 /// A motion of an assembly in progress.
 #[derive(Clone)]
-pub struct AssemblyRun {
+pub struct AssemblyRun<'a> {
     assembly: Arc<Assembly>,
     options: Options,
     solver: Stepper<StateVector>,
@@ -165,11 +169,13 @@ pub struct AssemblyRun {
     before_snap: Option<AssemblySample>,
     /// The rod of the last snap, in its state at the fold.
     folding: Option<Link>,
+    /// Contacts with obstacles; None without obstacles.
+    contacts: Option<AssemblyContacts<'a>>,
     stopped: bool,
     interrupted: bool,
 }
 
-impl AssemblyRun {
+impl<'a> AssemblyRun<'a> {
     /// A run from `start` at time 0. Poses and charts must agree.
     ///
     /// # Errors
@@ -290,6 +296,7 @@ impl AssemblyRun {
             bounces: VecDeque::new(),
             before_snap: None,
             folding: None,
+            contacts: None,
             stopped: false,
             interrupted: false,
         };
@@ -313,12 +320,8 @@ impl AssemblyRun {
     fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> Option<AssemblySample> {
         let assembly = assembly.observer_copy();
         let at = assembly.evaluated(state, self.along())?;
-        Some(AssemblySample::new(
-            assembly,
-            at,
-            self.released,
-            &self.indices,
-        ))
+        let sample = AssemblySample::new(assembly, at, self.released, &self.indices);
+        Some(self.with_contacts(sample))
     }
 
     /// The state at a time within the last step; None outside it.
@@ -367,8 +370,10 @@ impl AssemblyRun {
     fn go_on(&mut self, state: StateVector, slowed: Option<SlowedTime>, h: f64) -> Option<()> {
         let along = self.along();
         let mut slope = state.clone();
+        let held = self.held_contacts();
         let watch = &mut self.watch;
-        self.assembly.write_slope(
+        self.assembly.write_slope_under(
+            held.as_ref().map(|held| held as _),
             &state.seen(self.until).0,
             slowed.as_ref(),
             along,
@@ -518,6 +523,10 @@ impl AssemblyRun {
         self.solver.refit();
         self.step = None;
         self.dense = None;
+        self.settle_contacts()?;
+        if let Some(touch) = self.mark_rods().filter(RodTouch::is_one) {
+            self.pending = Some(AssemblyPending::Stop(Outcome::RodTouch(touch)));
+        }
         if self.assembly.looks_for_contacts() {
             let state = self.solver.state();
             let now = self.assembly.configuration(&state.0);

@@ -1,6 +1,6 @@
 //! Events of a run, and the reasons for its end.
 
-use super::contact::ContactEvent;
+use super::contact::{ContactEvent, RodContactEvent};
 use super::run::RodTouch;
 use super::snap::Snap;
 use super::viscoelastic::Layer;
@@ -26,6 +26,8 @@ pub enum Event {
     Bounce(Bounce),
     /// A body hit an obstacle or another body, or a contact changed within the last step.
     Contact(ContactEvent),
+    /// A rod came to touch an obstacle, or left it, at the end of the last step.
+    RodContact(RodContactEvent),
     /// The end; no event follows.
     Stop(Outcome),
 }
@@ -94,7 +96,7 @@ pub enum Outcome {
     GrooveEnd(usize),
     /// A rod touches itself or another rod.
     SelfContact(Contact),
-    /// A rod touches an obstacle, and the contact of rods in motion is not followed.
+    /// A rod among obstacles came to a bound beyond which contact of the rod is not followed.
     RodTouch(RodTouch),
     /// The bound on steps was reached.
     StepLimit,
@@ -154,9 +156,11 @@ impl std::fmt::Display for Outcome {
                 "a rod touches itself or another; contact forces are not modelled; to ignore contact, leave the \
                  contact diameter out",
             ),
-            Self::RodTouch(_) => f.write_str(
-                "the rod touches an obstacle; in motion the contact of bodies is followed, and not yet that of rods; write rods = \"none\" in \
-                 [contact] to let rods pass through obstacles",
+            Self::RodTouch(touch) => write!(
+                f,
+                "the rod {} an obstacle; {}",
+                touch.bound.verb(),
+                touch.bound.why()
             ),
             Self::StepLimit => f.write_str("the bound max_steps was reached"),
             Self::SnapLimit => f.write_str("the bound max_snaps was reached"),

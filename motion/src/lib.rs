@@ -43,7 +43,7 @@ pub use light_rod_reference::{
     LightInSpace, LightReference, LightSnap, LossReason, MasslessRod, UnknownInterval,
 };
 pub use options::{Nodes, Options};
-pub use run::{AmongObstacles, RodTouch, Run, Sample, on_elastica};
+pub use run::{AmongObstacles, RodBound, RodTouch, Run, Sample, on_elastica};
 pub use sheet::{OnSheet, Phase, Progress};
 pub use snap::{LandingRule, Snap, SnapEnd};
 pub use snaprod_systems::error::{Cause, Error, Result, Stuck};

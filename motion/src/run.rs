@@ -4,8 +4,10 @@ mod contacts;
 mod elastica;
 mod first_order_mass;
 mod rod_gap;
+mod touched_sample;
+mod touching;
 
-pub use contacts::{AmongObstacles, RodTouch};
+pub use contacts::{AmongObstacles, RodBound, RodTouch};
 pub use elastica::on_elastica;
 
 use super::contact::ContactSample;
@@ -24,7 +26,7 @@ use snaprod_systems::manifold::{Multivalued, Patch, Sheet};
 use snaprod_systems::solve::cost::Cost;
 
 /// The state of a run at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Sample<const N: usize> {
     /// Time, chart point, velocity.
     pub phase: Phase<N>,

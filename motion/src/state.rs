@@ -203,7 +203,7 @@ pub(super) fn planar(x: f64, y: f64, theta: f64) -> Isometry3<f64> {
 const CHANGE: f64 = 1e-3;
 
 /// The strains of a rod of this curvature in the plane.
-fn bent(curvature: f64) -> Strain {
+pub(super) fn bent(curvature: f64) -> Strain {
     Strain::new(curvature, 0.0, 0.0, 0.0, 0.0, 1.0)
 }
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import snaprod
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -24,6 +26,6 @@ def test_the_programs_run(name, tmp_path, monkeypatch):
 
 def test_the_examples_of_docstrings_hold():
     """Catches a docstring whose numbers are not those that come out."""
-    for name in ("snaprod", "snaprod._fit"):
-        found = doctest.testmod(importlib.import_module(name))
+    for name in ("snaprod", "snaprod._fit", "snaprod._sweep"):
+        found = doctest.testmod(importlib.import_module(name), extraglobs={"snaprod": snaprod})
         assert found.attempted and not found.failed, name

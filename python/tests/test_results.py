@@ -1,6 +1,8 @@
 """Results against numbers that are known otherwise: closed forms, references of README, balances, difference quotients."""
 
+import copy
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -38,6 +40,39 @@ def test_the_reference_snap_and_its_ledger(snap, tmp_path):
     with np.load(tmp_path / "run.npz") as stored:
         np.testing.assert_array_equal(stored["lam"], data["lam"])
         np.testing.assert_array_equal(stored["sign"], data["sign"])
+
+
+def test_time_is_unique_in_xarray(snap, tmp_path):
+    """Catches the two rows of a snap at one time, which end ``sel``, ``interp`` and ``differentiate`` in an error."""
+    xarray = pytest.importorskip("xarray")
+    run = snaprod.run(snap)
+    assert (np.diff(run.t) == 0.0).sum() == 1
+    dataset = run.to_xarray()
+    assert (np.diff(dataset.t) > 0.0).all() and abs(dataset.t.values - run.t).max() < 1e-15
+    assert float(dataset.lam.sel(t=0.5, method="nearest")) == run.lam[np.abs(run.t - 0.5).argmin()]
+    # The velocity is the rate of the position, away from the snap.
+    rate = dataset.x.differentiate("t").interp(t=[0.6, 0.8])
+    np.testing.assert_allclose(rate, dataset.vx.interp(t=[0.6, 0.8]), rtol=2e-2)
+    pytest.importorskip("h5netcdf")
+    dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
+        np.testing.assert_array_equal(stored.x, dataset.x)
+        assert stored.sign.values.tolist() == dataset.sign.values.tolist()
+        assert stored.x.attrs["long_name"] == dataset.x.attrs["long_name"]
+
+
+def test_columns_are_attributes(snap):
+    """Catches a column that hides a member of the result, and a result that cannot be copied or iterated."""
+    run = snaprod.run(snap)
+    assert run.x is run["x"] and list(run) == list(run.data) == list(run.keys()) and "vx" in run and len(run) == len(run.data)
+    assert "x" in dir(run) and isinstance(run.events, list)
+    with pytest.raises(AttributeError, match="'nothing': a Run has no such attribute or column"):
+        run.nothing
+    twin = pickle.loads(pickle.dumps(run))
+    np.testing.assert_array_equal(copy.deepcopy(twin).lam, run.lam)
+    assert set(dir(snaprod)) == set(snaprod.__all__)
+    assert " samples to t = 1, 1 event" in repr(run)
+    assert " at 1 point, " in repr(snaprod.equilibria(0.3, 0.2, 14.0))
 
 
 def test_shapes_are_elasticas_that_end_at_the_mass(snap):

@@ -39,9 +39,19 @@ def test_a_sweep_is_its_runs(snap, tmp_path):
     with pytest.raises(snaprod.SceneError, match="holds another sweep"):
         snaprod.sweep(snap, vary, columns=COLUMNS, out=tmp_path / "one")
     assert swept.plot(name="end.x").collections
+    # A map of words has a colour and a name for each word.
+    words = swept.plot(name="outcome")
+    (bar,) = (axes for axes in words.figure.axes if axes is not words)
+    assert [tick.get_text() for tick in bar.get_yticklabels()] == sorted(set(swept["outcome"]))
     random = snaprod.sweep(snap, {"body.mass": "0.5:2"}, random=4, seed=7, columns="end.x")
     assert random.quantities == ["end.x"]
     assert random.shape == (4,) and len(set(random["body.mass"])) == 4
+    grid = swept.to_xarray()
+    assert dict(grid.sizes) == {"start.velocity.1": 2, "body.mass": 3}
+    at = grid.sel({"start.velocity.1": 0.25, "body.mass": 0.5})
+    assert float(at["end.x"]) == swept["end.x"][5] and str(at["outcome"].item()) == swept["outcome"][5]
+    assert grid["body.mass"].attrs["long_name"] == swept.data.meanings["body.mass"]
+    assert dict(random.to_xarray().sizes) == {"point": 4}
 
 
 def test_what_is_varied_is_kept(snap):

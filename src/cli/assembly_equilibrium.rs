@@ -24,11 +24,11 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
         out.table(&record.shape()?)?;
         let data = figure(scene, &record);
         out.figure("equilibrium", || Ok(data), rod_shapes);
-        out.finish(!args.output.json)?;
+        out.finish(args.output.speaks())?;
     }
     if args.output.json {
         print_json(summary);
-    } else {
+    } else if args.output.speaks() {
         print(&equilibrium_text(&record));
     }
     Ok(Ending::Done)
@@ -86,7 +86,17 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
             line("  free end", list(end.translation.vector.as_slice()));
         }
     }
+    for (rod, tendons) in &record.tendons {
+        for (k, tendon) in tendons.each.iter().enumerate() {
+            let (tension, length) = (number(tendon.tension), number(tendon.length));
+            line(
+                &format!("tendon {k}"),
+                format!("of {rod}: tension {tension}, length {length}"),
+            );
+        }
+    }
     line("energy", number(record.energy));
+    line("  elastic", number(record.elastic));
     let meaning = match (record.conservative, record.index, record.from_guess) {
         (false, ..) => {
             "of the symmetric part of the stiffness; it does not decide stability, since the loads are not conservative: run `snaprod modes`"

@@ -3,7 +3,7 @@
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{json_text, number, pair, print, print_json, short};
 use super::output::{Output, OutputArgs};
-use super::page::{Page, PageKind, equilibria_data, name, scene_text};
+use super::page::{Page, PageKind, equilibria_data, scene_text};
 use super::signals::Signals;
 use super::{Ending, Refusal, assembly_equilibrium, rod_figures};
 use clap::Args;
@@ -56,7 +56,7 @@ pub fn equilibria(args: &EquilibriaArgs) -> Result<Ending, Refusal> {
     let record = study::equilibria(args.at.unwrap_or([f64::NAN; 2]), args.lambda_max)?;
     if args.output.json {
         print_json(record.summary())
-    } else {
+    } else if args.output.speaks() {
         print(&text(&record))
     }
     Ok(Ending::Done)
@@ -87,7 +87,7 @@ fn of_scene(args: &EquilibriaArgs, path: &std::path::Path) -> Result<Ending, Ref
         if args.html {
             out.page("equilibria", |_| {
                 Ok(Page {
-                    name: name(&given),
+                    name: given.name(),
                     kind: PageKind::Equilibria,
                     data: equilibria_data(&record),
                     words: list(&record),
@@ -98,11 +98,11 @@ fn of_scene(args: &EquilibriaArgs, path: &std::path::Path) -> Result<Ending, Ref
                 })
             });
         }
-        out.finish(!args.output.json)?;
+        out.finish(args.output.speaks())?;
     }
     if args.output.json {
         print_json(summary);
-    } else {
+    } else if args.output.speaks() {
         print(&list(&record));
     }
     Ok(if record.interrupted {

@@ -3,7 +3,7 @@
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{json_text, number, print, print_json, settled};
 use super::output::{Output, OutputArgs};
-use super::{Ending, Refusal, assembly_equilibrium, rod_figures};
+use super::{Ending, Refusal, assembly_equilibrium, rod_figures, wall};
 use clap::Args;
 use nalgebra::Vector3;
 use snaprod::math::se3::halves;
@@ -32,6 +32,9 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
     if scene.is_assembly() {
         return assembly_equilibrium::equilibrium(args, &scene);
     }
+    if scene.wall().is_some() {
+        return wall::equilibrium(args, &scene);
+    }
     let record = study::equilibrium(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
     let summary = record.summary();
     if let Some(directory) = &args.output.out {
@@ -42,11 +45,11 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
             out.table(&contacts.table(record.units)?)?;
         }
         out.figure("equilibrium", || Ok(rod_figures::state(&record)), rod_state);
-        out.finish(!args.output.json)?;
+        out.finish(args.output.speaks())?;
     }
     if args.output.json {
         print_json(summary);
-    } else {
+    } else if args.output.speaks() {
         print(&text(&record));
     }
     Ok(Ending::Done)

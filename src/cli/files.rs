@@ -4,6 +4,7 @@ use super::Refusal;
 use serde_json::Value;
 pub use snaprod::study::{exact, json_text};
 use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Prints text. A closed pipe is no error; a full disk ends the program.
 pub fn print(text: &str) {
@@ -21,9 +22,26 @@ pub fn survive(written: std::io::Result<()>) {
     }
 }
 
-/// The number as [`exact`] writes it, without the ".0" of a whole number.
+/// True if numbers in words have all digits. A process prints in one manner, hence a static.
+static VERBOSE: AtomicBool = AtomicBool::new(false);
+
+/// Sets whether numbers in words have all digits, as with `--verbose`; by default they have six.
+pub fn print_all_digits(all: bool) {
+    VERBOSE.store(all, Ordering::Relaxed);
+}
+
+/// The number rounded to six digits that count, unless all digits are asked for.
+fn told(x: f64) -> f64 {
+    if VERBOSE.load(Ordering::Relaxed) {
+        x
+    } else {
+        format!("{x:.5e}").parse().unwrap_or(x)
+    }
+}
+
+/// The number in words: six digits, or with `--verbose` all digits; whole numbers have no ".0".
 pub fn number(x: f64) -> String {
-    let text = exact(x);
+    let text = exact(told(x));
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
@@ -39,9 +57,12 @@ pub fn pair(a: f64, b: f64) -> String {
     format!("{}, {}", number(a), number(b))
 }
 
-/// A number with fixed decimals, or with an exponent if fixed decimals would show too few or too many digits.
+/// A number in words: six digits, or with `--verbose` fixed decimals, with an exponent if fixed decimals would show too
+/// few or too many digits.
 pub fn rounded(x: f64, decimals: usize) -> String {
-    if x == 0.0 || (1e-3..1e9).contains(&x.abs()) {
+    if !VERBOSE.load(Ordering::Relaxed) {
+        number(x)
+    } else if x == 0.0 || (1e-3..1e9).contains(&x.abs()) {
         format!("{:.decimals$}", x + 0.0)
     } else {
         format!("{x:.decimals$e}")
@@ -67,6 +88,13 @@ pub fn print_json(value: Value) {
 /// Prints text on the error stream; a closed pipe is no error.
 pub fn print_error(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
+/// Prints the reason of a refusal on the error stream, on a terminal in clap's colours.
+pub fn print_refusal(why: &str) {
+    let styles = clap::builder::Styles::styled();
+    let error = styles.get_error();
+    let _ = writeln!(anstream::stderr().lock(), "{error}error:{error:#} {why}");
 }
 
 /// A resolved scene as TOML, which can be run again; empty fields are left out.

@@ -1,6 +1,6 @@
 //! `snaprod fit SCENE DATA.csv --free PATH=FROM:TO ..`: least-squares fit of fields of a scene to measured data.
 
-use super::check::SceneArgs;
+use super::check::{SceneArgs, text_of};
 use super::files::{print, print_error, print_json};
 use super::output::{Output, OutputArgs};
 use super::progress::Tally;
@@ -13,7 +13,6 @@ use snaprod::scene::Units;
 use snaprod::study::fit::SearchEnd;
 use snaprod::study::{Data, Fit, FitRecord, Values, Vary};
 use std::fmt::Write;
-use std::fs;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -42,9 +41,6 @@ pub struct FitArgs {
     seed: u64,
     #[command(flatten)]
     output: OutputArgs,
-    /// Print nothing but errors; no progress bar.
-    #[arg(long)]
-    quiet: bool,
 }
 
 const FILES: &[&str] = &["fit.*", "curve.csv"];
@@ -56,7 +52,7 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
     let out = Output::open(Some(&directory), FILES, args.output.figures)?;
     signals::watch();
     let starts = args.starts;
-    let tally = Tally::new(starts, !args.quiet && !args.output.json);
+    let tally = Tally::new(starts, args.output.speaks());
     let searched: snaprod::Result<Vec<Option<SearchEnd>>> = (0..starts)
         .into_par_iter()
         .map(|k| {
@@ -83,10 +79,10 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
         out.table(&curve)?;
     }
     out.figure("fit", || Ok(figure(&record)), plot::fit);
-    out.finish(!args.quiet && !args.output.json)?;
+    out.finish(args.output.speaks())?;
     if args.output.json {
         print_json(record.summary());
-    } else if !args.quiet {
+    } else if args.output.speaks() {
         let mut text = report(&record);
         let _ = writeln!(text, "written to {}", directory.display());
         print(&text);
@@ -95,12 +91,8 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
 }
 
 fn planned(args: &FitArgs) -> Result<Fit, Refusal> {
-    let read = |path: &PathBuf| {
-        fs::read_to_string(path)
-            .map_err(|e| Refusal(format!("cannot read {}: {e}", path.display())))
-    };
-    let scene = read(&args.scene.path)?;
-    let data = Data::parse(&read(&args.data)?)
+    let scene = args.scene.text()?;
+    let data = Data::parse(&text_of(&args.data)?)
         .map_err(|e| Refusal(format!("{}: {e}", args.data.display())))?;
     let free: snaprod::Result<Vec<Vary>> = args.free.iter().map(|text| Vary::free(text)).collect();
     let noise: Result<Vec<(String, f64)>, Refusal> = args

@@ -28,18 +28,45 @@ mod sheets;
 mod signals;
 mod sweep;
 mod sweep_map;
+mod wall;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use snaprod::math::registers::Width;
 use std::io::Write;
 use std::process::ExitCode;
 
+/// Exit codes, as `--help` prints them.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  the command ended short of what was asked; the reason is on standard error
+  2  bad input; nothing was computed";
+
+/// Commands by subject, as `--help` lists them.
+const GROUPS: &[(&str, &[&str])] = &[
+    ("Motion", &["run", "plan", "modes"]),
+    (
+        "Equilibria",
+        &["equilibrium", "equilibria", "branch", "memory"],
+    ),
+    ("Many scenes", &["sweep", "fit"]),
+    (
+        "The elastica of length 1 and bending stiffness 1",
+        &["elastica", "folds", "sheets"],
+    ),
+    ("Scenes", &["check", "new", "schema"]),
+    ("The program", &["completions", "man", "help"]),
+];
+
 /// Reduced-order dynamics of light rods that carry heavy bodies.
 #[derive(Parser)]
-#[command(name = "snaprod", version, about, max_term_width = 100)]
+#[command(name = "snaprod", version, about, max_term_width = 100, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Print all digits of numbers; by default six. Tables and JSON always have all digits.
+    #[arg(short, long, global = true)]
+    verbose: bool,
 }
 
 #[derive(Subcommand)]
@@ -86,6 +113,43 @@ enum Command {
     Man,
 }
 
+/// The command line, with its commands listed by [`GROUPS`]; commands of no group come last.
+fn command() -> clap::Command {
+    let mut whole = Cli::command();
+    whole.build();
+    let head = whole.get_styles().get_header();
+    let literal = whole.get_styles().get_literal();
+    let mut list = String::new();
+    let mut section = |subject: &str, commands: &[&clap::Command]| {
+        if !commands.is_empty() {
+            list += &format!("{head}{subject}:{head:#}\n");
+        }
+        for command in commands {
+            let about = command.get_about().map(ToString::to_string);
+            let (name, about) = (command.get_name(), about.unwrap_or_default());
+            list += &format!("  {literal}{name:<12}{literal:#} {about}\n");
+        }
+        list += if commands.is_empty() { "" } else { "\n" };
+    };
+    for (subject, names) in GROUPS {
+        let commands: Vec<_> = names
+            .iter()
+            .filter_map(|name| whole.find_subcommand(name))
+            .collect();
+        section(subject, &commands);
+    }
+    let is_grouped = |name: &str| GROUPS.iter().any(|(_, names)| names.contains(&name));
+    let others: Vec<_> = whole
+        .get_subcommands()
+        .filter(|c| !is_grouped(c.get_name()))
+        .collect();
+    section("Others", &others);
+    let template = format!(
+        "{{about}}\n\n{{usage-heading}} {{usage}}\n\n{list}{head}Options:{head:#}\n{{options}}{{after-help}}"
+    );
+    Cli::command().help_template(template)
+}
+
 /// Completion of a command.
 enum Ending {
     /// The command completed its task.
@@ -105,7 +169,8 @@ impl From<snaprod::Error> for Refusal {
 
 /// Parses the command line and runs the command.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let parsed = command().try_get_matches();
+    let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(e) => {
             // Help and version are no errors; clap chooses the stream.
@@ -114,6 +179,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
+    files::print_all_digits(cli.verbose);
     let ending = match Width::from_environment() {
         Ok(_) => obey(&cli.command),
         Err(why) => Err(why.into()),
@@ -122,7 +188,7 @@ pub fn main() -> ExitCode {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::Short) => ExitCode::from(1),
         Err(Refusal(why)) => {
-            files::print_error(&format!("error: {why}"));
+            files::print_refusal(&why);
             ExitCode::from(2)
         }
     }

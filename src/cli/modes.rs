@@ -38,11 +38,11 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
         if !record.motions.modes.is_empty() {
             out.figure("modes", || Ok(shapes(&record, &grounds)), mode_shapes);
         }
-        out.finish(!args.output.json)?;
+        out.finish(args.output.speaks())?;
     }
     if args.output.json {
         print_json(record.summary());
-    } else {
+    } else if args.output.speaks() {
         print(&text(&record));
     }
     Ok(Ending::Done)

@@ -30,16 +30,24 @@ type Drawing = Box<dyn FnOnce() -> snaprod::Result<String> + Send>;
 pub struct OutputArgs {
     /// Directory of the files. Without it `run`, `branch`, `sweep` and `fit` write to out/ and the name of the scene,
     /// with -sweep or -fit after it, but `run --json` and other commands write no file.
-    #[arg(long)]
+    #[arg(short, long, help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Print one JSON object.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub json: bool,
+    /// Print nothing but errors; no progress bar.
+    #[arg(short, long, help_heading = "Output")]
+    pub quiet: bool,
     #[command(flatten)]
     pub figures: FigureArgs,
 }
 
 impl OutputArgs {
+    /// True if the command reports in words, and shows its progress on a terminal.
+    pub fn speaks(&self) -> bool {
+        !self.quiet && !self.json
+    }
+
     /// The directory of a command that always writes files, by default out/, the name of the scene and `suffix`.
     pub fn directory(&self, scene: &SceneArgs, suffix: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| {
@@ -52,6 +60,7 @@ impl OutputArgs {
 
 /// Options of figures, and the format of tables.
 #[derive(Args, Debug, Clone, Copy, Default)]
+#[command(next_help_heading = "Figures and tables")]
 pub struct FigureArgs {
     #[command(flatten)]
     pub print: PrintArgs,

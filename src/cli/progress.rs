@@ -1,33 +1,37 @@
 //! Progress of a run on the terminal.
 
 use super::signals;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use snaprod::study::Hooks;
 use std::io::IsTerminal;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
 
-/// Length of the bar, in characters.
-const BAR: usize = 40;
-/// Escape sequence: to the start of the line, and clear the line.
-const CLEAR: &str = "\r\x1b[2K";
+/// Length of the bar, in its own units.
+const LENGTH: u64 = 1_000_000;
+/// Pictures of the bar a second.
+const RATE: u8 = 10;
 
 /// A progress bar on a terminal; signals interrupt the study.
 pub struct Progress {
-    seen: bool,
-    begun: Instant,
-    shown: Instant,
+    bar: ProgressBar,
     drawn: bool,
 }
 
 impl Progress {
     /// Shows a bar if `wanted` and standard error is a terminal.
     pub fn new(wanted: bool) -> Self {
-        let now = Instant::now();
+        let target = if wanted && std::io::stderr().is_terminal() {
+            ProgressDrawTarget::stderr_with_hz(RATE)
+        } else {
+            ProgressDrawTarget::hidden()
+        };
+        let bar = ProgressBar::with_draw_target(Some(LENGTH), target);
+        let style = ProgressStyle::with_template("{bar:40} at {msg} [{eta} left]");
         Self {
-            seen: wanted && std::io::stderr().is_terminal(),
-            begun: now,
-            shown: now,
+            bar: match style {
+                Ok(style) => bar.with_style(style.progress_chars("█░")),
+                Err(_) => bar,
+            },
             drawn: false,
         }
     }
@@ -39,9 +43,14 @@ impl Progress {
 
     /// Removes the bar.
     pub fn finish(&self) {
-        if self.seen {
-            eprint!("{CLEAR}");
-        }
+        self.bar.finish_and_clear();
+    }
+
+    /// Shows the fraction done, and the time or the parameter reached.
+    fn show(&self, fraction: f64, at: f64) {
+        self.bar.set_message(format!("{at:.4}"));
+        self.bar
+            .set_position((LENGTH as f64 * fraction.clamp(0.0, 1.0)) as u64);
     }
 }
 
@@ -55,15 +64,9 @@ impl Hooks for Progress {
     }
 
     fn progress(&mut self, fraction: f64, at: f64) {
-        if !self.seen || self.shown.elapsed() <= Duration::from_millis(100) {
-            return;
+        if !self.bar.is_hidden() {
+            self.show(fraction, at);
         }
-        self.shown = Instant::now();
-        let done = fraction.clamp(1e-6, 1.0);
-        let full = (BAR as f64 * done) as usize;
-        let bar = "█".repeat(full) + &"░".repeat(BAR - full);
-        let left = self.begun.elapsed().as_secs_f64() * (1.0 / done - 1.0);
-        eprint!("{CLEAR}{bar} at {at:.4} [{left:.0} s left]");
     }
 }
 
@@ -71,7 +74,7 @@ impl Hooks for Progress {
 pub struct Tally {
     done: AtomicUsize,
     all: usize,
-    progress: Mutex<Progress>,
+    progress: Progress,
 }
 
 impl Tally {
@@ -80,23 +83,21 @@ impl Tally {
         Self {
             done: AtomicUsize::new(0),
             all,
-            progress: Mutex::new(Progress::new(wanted)),
+            progress: Progress::new(wanted),
         }
     }
 
     /// Counts a completed piece.
     pub fn count(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        // If another thread holds the lock, that thread updates the bar.
-        if let Ok(mut progress) = self.progress.try_lock() {
-            progress.progress(done as f64 / self.all as f64, done as f64);
+        if !self.progress.bar.is_hidden() {
+            self.progress
+                .show(done as f64 / self.all as f64, done as f64);
         }
     }
 
     /// Removes the bar.
     pub fn finish(&self) {
-        if let Ok(progress) = self.progress.lock() {
-            progress.finish();
-        }
+        self.progress.finish();
     }
 }

@@ -20,9 +20,6 @@ pub struct RunArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Print nothing but errors; no progress bar.
-    #[arg(long)]
-    pub quiet: bool,
     /// Write no strain.csv, the strains along a rod with damping or mass, or an elastic one in space.
     #[arg(long)]
     pub no_strain: bool,
@@ -94,7 +91,7 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let out = Output::open(directory.as_deref(), FILES, args.output.figures)?;
     signals::watch();
     let mut tables = out.tables();
-    let mut progress = Progress::new(!args.quiet && !args.output.json).of_drawn(out.draws());
+    let mut progress = Progress::new(args.output.speaks()).of_drawn(out.draws());
     let fields = match (args.no_strain || directory.is_none(), args.all_strain) {
         (true, _) => Fields::None,
         (_, true) => Fields::All,
@@ -109,11 +106,11 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     out.write("summary.json", json_text(summary.clone()).as_bytes())?;
     out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
     draw(args, &out, &run);
-    out.finish(!args.quiet && !args.output.json)?;
+    out.finish(args.output.speaks())?;
     if args.output.json {
         (summary["events"], summary["out"]) = (events, json!(directory));
         print_json(summary);
-    } else if !args.quiet {
+    } else if args.output.speaks() {
         print(&text(&run, directory.as_deref()));
     }
     let Some(why) = result.reason else {
@@ -182,7 +179,7 @@ fn try_shapes(args: &RunArgs, out: &Output, prepared: &Prepared, last: f64) -> R
     if times.last().is_none_or(|t| last - t > 1e-9 * last) {
         times.push(last);
     }
-    let mut progress = Progress::new(!args.quiet && !args.output.json);
+    let mut progress = Progress::new(args.output.speaks());
     let moments = posed(prepared, &times, SECTIONS, &mut progress)?;
     progress.finish();
     if args.output.figures.npz {

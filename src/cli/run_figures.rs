@@ -2,7 +2,7 @@
 
 use super::files::number;
 use super::rod_figures;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use snaprod::Result;
 use snaprod::elastica::{fold_curve, stable_grid};
 use snaprod::manifold::Sign;
@@ -14,10 +14,10 @@ use snaprod::plot::{
     SpaceBody, SpaceRod, SpaceWay, StrainMap,
 };
 use snaprod::scene::Units;
-use snaprod::study::outline_in_plane;
 use snaprod::study::run::{
     FigureState, ModelKind, Moment, RunBody, RunRecord, SingleMotion, places,
 };
+use snaprod::study::{outline, outline_in_plane};
 
 /// Number of shapes drawn at even times: of an elastic rod, in addition to the shapes at the first snaps, and of a
 /// viscoelastic rod.
@@ -85,9 +85,12 @@ impl RunFigure {
 pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
     let (line, header) = (RunFigures::of(record), &record.header);
     let named = |name: &str, figure: RunFigure| (name.to_owned(), Ok(figure));
+    // Bodies without rods have no shapes of rods.
+    let has_rods = !header.rods.is_empty();
     let shapes = || named("shapes", RunFigure::Shapes(line.shapes()));
     if !moves(record) {
-        return header.is_assembly().then(shapes).into_iter().collect();
+        let drawn = header.is_assembly() && has_rods;
+        return drawn.then(shapes).into_iter().collect();
     }
     let energies = || named("energies", RunFigure::Energies(line.energies()));
     let losses = || {
@@ -108,7 +111,9 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
         None => {
             let bodies = header.bodies.iter().enumerate();
             let paths = bodies.map(|(k, body)| path(&format!("path_{}", body.name), k));
-            [shapes(), energies()].into_iter().chain(paths).collect()
+            let shapes = has_rods.then(shapes);
+            let first = shapes.into_iter().chain([energies()]);
+            first.chain(paths).collect()
         }
         Some(ModelKind::Sheet) => vec![
             snapshots(),
@@ -299,6 +304,12 @@ impl<'r> RunFigures<'r> {
         let mut jumps = Vec::new();
         let mut last: Option<&Moment> = None;
         for moment in self.way() {
+            // A rod with touches lies on no sheet of the free rod.
+            if moment.labels.is_none() {
+                path.push([f64::NAN; 3]);
+                last = None;
+                continue;
+            }
             let rod = moment.elastica()?;
             let here = place(rod.x, rod.y, rod.theta1);
             // The two sides of a snap have the same time.
@@ -473,8 +484,14 @@ impl<'r> RunFigures<'r> {
         });
         let grooves =
             bodies.map(|(k, body)| body.solid.groove_around(self.poses(k), self.length()));
+        let places: Vec<Vector3<f64>> = (self.way().iter())
+            .flat_map(|moment| &moment.bodies)
+            .map(|body| body.pose.translation.vector)
+            .collect();
+        let obstacles = self.record.header.obstacles.iter();
         RodShapes {
             paths: paths.collect(),
+            obstacles: obstacles.flat_map(|each| outline(each, &places)).collect(),
             grooves: grooves.collect(),
             triads: false,
             units: self.units.clone(),

@@ -1,6 +1,6 @@
 //! The page of a run, with pictures from a second pass over the motion.
 
-use super::page::{MotionContext, Page, PageKind, event_rows, motion_data, name, scene_text};
+use super::page::{MotionContext, Page, PageKind, event_rows, motion_data, scene_text};
 use super::progress::Progress;
 use super::run::RunArgs;
 use super::run_figures::{first_folds, snaps_name};
@@ -29,7 +29,7 @@ pub fn page(
     marks.sort_by(f64::total_cmp);
     let forks = record.lineage().into_iter().skip(1);
     let forks: Vec<usize> = forks.map(|branch| branch.fork).collect();
-    let mut progress = Progress::new(!args.quiet && !args.output.json);
+    let mut progress = Progress::new(args.output.speaks());
     let film = film(
         prepared,
         &forks,
@@ -50,7 +50,7 @@ pub fn page(
     };
     figures.retain(|(name, _)| !DRAWN.contains(&name.as_str()));
     Ok(Page {
-        name: name(&args.scene),
+        name: args.scene.name(),
         kind: PageKind::Motion,
         data: motion_data(&film, &around)?,
         words: run_text::text(record, None),

@@ -168,7 +168,8 @@ fn end(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
     let (k, u) = (&header.scales, header.units);
     let (axes, decimals) = if header.in_space() { (3, 9) } else { (2, 12) };
     let vector = |v: &nalgebra::Vector3<f64>, scale: f64, symbol: &str| {
-        let scale = v.amax().max(scale);
+        // Components of a billionth are errors of the integration.
+        let scale = 1e3 * v.amax().max(scale);
         let parts = v
             .iter()
             .take(axes)
@@ -208,6 +209,7 @@ fn end(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
         Some(labels) if header.is_sheet() => format!(", {}", labels.sheet),
         Some(labels) => format!(", near {}", labels.sheet),
         None if header.heavy => String::new(),
+        None if header.is_sheet() => ", touching an obstacle".to_owned(),
         None => ", near no equilibrium".to_owned(),
     };
     let place: Vec<String> = bodies.collect();

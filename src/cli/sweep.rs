@@ -3,7 +3,7 @@
 //! Rows are computed in chunks, on all cores. A chunk is written as a draft and renamed, so that every chunk file is
 //! whole after any end of the program. The same command then computes the missing chunks.
 
-use super::check::SceneArgs;
+use super::check::{SceneArgs, shown};
 use super::files::{print, print_error, print_json};
 use super::output::{Output, OutputArgs};
 use super::progress::Tally;
@@ -16,7 +16,6 @@ use snaprod::plot::{outcome_map, swept_curves};
 use snaprod::study::Hooks;
 use snaprod::study::sweep::{Directory, Sweep, Vary};
 use std::fmt::Write;
-use std::fs;
 
 #[derive(Args)]
 pub struct SweepArgs {
@@ -48,9 +47,6 @@ pub struct SweepArgs {
     threads: Option<u16>,
     #[command(flatten)]
     output: OutputArgs,
-    /// Print nothing but errors; no progress bar.
-    #[arg(long)]
-    quiet: bool,
 }
 
 /// Files written anew at the end; the chunks and their description stay.
@@ -80,7 +76,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     }
     let missing = there.missing;
     let made_now: usize = missing.iter().map(|k| sweep.points_of(*k)).sum();
-    let tally = Tally::new(made_now, !args.quiet && !args.output.json);
+    let tally = Tally::new(made_now, args.output.speaks());
     let threads = args
         .threads
         .map_or(0, |n| usize::from(n).min(missing.len()));
@@ -99,7 +95,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         Ok(()) => {}
         Err(Some(error)) => return Err(error.into()),
         Err(None) => {
-            if !args.quiet {
+            if !args.output.quiet {
                 print(&format!(
                     "interrupted: {} of {} points are in {}; repeat the command to continue\n",
                     sweep.made().kept,
@@ -128,7 +124,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
             out.figure("curves", || Ok(data), swept_curves);
         }
     }
-    out.finish(!args.quiet && !args.output.json)?;
+    out.finish(args.output.speaks())?;
     let asked = args.column.iter().map(|path| ("--column", path));
     for (option, path) in asked.chain(args.map_columns().iter().map(|path| ("--map", path))) {
         let column = sweep.sweep().column_of(path);
@@ -143,7 +139,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         print_json(
             json!({ "points": sweep.sweep().points(), "made": made_now, "outcomes": outcomes, "out": directory }),
         );
-    } else if !args.quiet {
+    } else if args.output.speaks() {
         let mut text = format!(
             "{} points, {} of them computed now\n",
             sweep.sweep().points(),
@@ -161,9 +157,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
 
 /// The requested sweep; refused if both its first and last point are invalid scenes.
 fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
-    let path = &args.scene.path;
-    let text = fs::read_to_string(path)
-        .map_err(|e| Refusal(format!("cannot read {}: {e}", path.display())))?;
+    let text = args.scene.text()?;
     let vary = args.vary.iter().map(|text| Vary::parse(text));
     let vary = vary.collect::<snaprod::Result<Vec<_>>>()?;
     let random = args.random.map(|points| (points, args.seed));
@@ -175,7 +169,7 @@ fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
         args.column.clone(),
     )?;
     match sweep.refused() {
-        Some(why) => Err(Refusal(format!("{}: {why}", path.display()))),
+        Some(why) => Err(Refusal(format!("{}: {why}", shown(&args.scene.path)))),
         None => Ok(sweep.telling(args.map_columns())?),
     }
 }

@@ -1,7 +1,7 @@
 //! Assemblies of several rods and bodies: `[[rod]]` and `[[body]]`.
 
 use super::ends::is_none;
-use super::{ClampMotion, Groove, Load, LoadAlong, Loads, Orientation, Rod, SiteJoint};
+use super::{BodyShape, ClampMotion, Groove, Load, LoadAlong, Loads, Orientation, Rod, SiteJoint};
 use crate::assembly::Joint;
 use serde::{Serialize, Serializer};
 
@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 pub struct AssemblyScene {
     /// Normal of the plane in which bodies and rods stay; `None`: in space.
     pub plane: Option<[f64; 3]>,
-    /// Rods held at both ends; at least one.
+    /// Rods held at both ends; at least one, unless no rod holds any of the bodies.
     pub rods: Vec<AssemblyRod>,
     /// Rods with a free end; a written scene lists them after `rods`.
     pub free: Vec<FreeRod>,
@@ -35,6 +35,7 @@ impl Serialize for AssemblyScene {
         struct AssemblyTables<'a> {
             #[serde(skip_serializing_if = "Option::is_none")]
             plane: Option<[f64; 3]>,
+            #[serde(skip_serializing_if = "Vec::is_empty")]
             rod: Vec<Any<'a>>,
             #[serde(skip_serializing_if = "Vec::is_empty")]
             body: Vec<&'a AssemblyBody>,
@@ -131,9 +132,15 @@ pub struct AssemblyBody {
     /// Pose near which the equilibrium is sought; given for all bodies or for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guess: Option<Guess>,
+    /// Pose at the start of a motion, of a body that no rod holds; `None`: rods hold the body.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub place: Option<Guess>,
     /// Groove in which the origin of the body's frame slides; `None`: no groove.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub groove: Option<Groove>,
+    /// Shape where the body touches obstacles and other bodies; `None`: a point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<BodyShape>,
     /// Initial velocity of the origin of the body's frame, in the world; default 0.
     #[serde(skip_serializing_if = "is_none")]
     pub velocity: [f64; 3],
@@ -164,7 +171,7 @@ pub struct Extent {
     pub rotor: [f64; 3],
 }
 
-/// Approximate pose of a body in equilibrium.
+/// Pose of a body at the start: approximate where the body starts in equilibrium.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Guess {
     /// Position of the origin of the body's frame.
@@ -257,6 +264,13 @@ impl AssemblyScene {
                 rotor: [0.0; 3],
             });
         }
+    }
+
+    /// The assembly without the bodies that no rod holds.
+    pub(super) fn without_free_bodies(&self) -> Self {
+        let mut held = self.clone();
+        held.bodies.retain(|body| body.place.is_none());
+        held
     }
 
     /// True if nothing holds the bodies: every load-bearing rod joins two bodies, and no body slides in a groove.

@@ -1,10 +1,13 @@
 //! Rules of contact: friction, restitution, the law of impact, what is looked for.
 
-use crate::contact::ImpactLaw;
+use super::{AssemblyBody, Rod, Scene};
+use crate::Result;
+use crate::contact::{ImpactLaw, Shape};
+use nalgebra::Vector3;
 use serde::{Serialize, Serializer};
 
 /// `[contact]`: rules of contact for all obstacles without rules of their own.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+#[derive(Debug, Clone, PartialEq, Serialize, Default)]
 pub struct ContactRules {
     /// Coefficient of friction >= 0; default 0.
     pub friction: f64,
@@ -18,6 +21,24 @@ pub struct ContactRules {
     /// Normal speed after an impact below which bounces are summed up; `None`: 1e-6 of the unit of speed of the rod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settle_speed: Option<f64>,
+    /// Surfaces of single pairs.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pairs: Vec<ContactPair>,
+}
+
+/// The surfaces of one pair: of a body with an obstacle, or of two bodies.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactPair {
+    /// Names of the two.
+    pub between: [String; 2],
+    /// Coefficient of friction; `None`: that of the obstacle, or of [`ContactRules`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Restitution of impacts; `None`: that of the obstacle, or of [`ContactRules`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// True if the two pass through each other.
+    pub apart: bool,
 }
 
 impl ContactRules {
@@ -27,7 +48,54 @@ impl ContactRules {
     }
 }
 
-fn key_of_law<S: Serializer>(law: &ImpactLaw, serializer: S) -> Result<S::Ok, S::Error> {
+impl Scene {
+    /// True if bodies may hit obstacles or each other: there are obstacles, or bodies of an assembly that have a shape
+    /// or that no rod holds.
+    pub fn has_contact(&self) -> bool {
+        let mut bodies = self.assembly().into_iter().flat_map(|given| &given.bodies);
+        let hits = |body: &AssemblyBody| body.shape.is_some() || body.place.is_some();
+        !self.obstacles.is_empty() || bodies.any(hits)
+    }
+
+    /// Names of the bodies, and of the rods, in contacts.
+    pub(super) fn names_in_contact(&self) -> (Vec<String>, Vec<String>) {
+        match self.assembly() {
+            None => (vec!["body".to_owned()], vec!["rod".to_owned()]),
+            Some(given) => (
+                given.bodies.iter().map(|body| body.name.clone()).collect(),
+                given.rods.iter().map(|rod| rod.name.clone()).collect(),
+            ),
+        }
+    }
+
+    /// All rods of the scene.
+    pub(super) fn every_rod(&self) -> Vec<&Rod> {
+        match self.assembly() {
+            Some(given) => given.every_rod().collect(),
+            None => vec![&self.rod],
+        }
+    }
+
+    /// True if a body slides in a groove.
+    pub(super) fn has_groove(&self) -> bool {
+        let mut bodies = self.assembly().into_iter().flat_map(|given| &given.bodies);
+        self.groove().is_some() || bodies.any(|body| body.groove.is_some())
+    }
+
+    /// Shapes of the point masses, as far as they are given.
+    pub(super) fn shapes_of_points(&self) -> impl Iterator<Item = BodyShape> {
+        let one = self.body.iter().filter(|body| !body.joint.is_weld());
+        let all = self.assembly().into_iter().flat_map(|given| &given.bodies);
+        let points = all.filter(|body| body.extent.is_none());
+        let one = one.filter_map(|body| body.shape);
+        one.chain(points.filter_map(|body| body.shape))
+    }
+}
+
+fn key_of_law<S: Serializer>(
+    law: &ImpactLaw,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
     law.key().serialize(serializer)
 }
 
@@ -42,12 +110,49 @@ pub enum RodsInContact {
     None,
 }
 
-/// The shape of a body where it touches others.
+/// The shape of a body where it touches others. Its middle is the centre of mass, its axes are those of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BodyShape {
     /// A point.
     Point,
-    /// A ball of this diameter about the reference point.
+    /// A ball of this diameter.
     Ball(f64),
+    /// A cylinder between two half balls, along the third axis: diameter, and distance of the half balls' centres.
+    Capsule([f64; 2]),
+    /// A cylinder with flat ends, along the third axis: diameter and length.
+    Cylinder([f64; 2]),
+    /// A box with these sides along the axes.
+    Box([f64; 3]),
+}
+
+impl BodyShape {
+    /// Every length of the shape by its field, with the index of the component.
+    pub(super) fn lengths_mut(&mut self) -> Vec<(&'static str, usize, &mut f64)> {
+        let (field, lengths): (_, &mut [f64]) = match self {
+            Self::Point => return Vec::new(),
+            Self::Ball(diameter) => ("shape.ball", std::slice::from_mut(diameter)),
+            Self::Capsule(sizes) => ("shape.capsule[]", sizes),
+            Self::Cylinder(sizes) => ("shape.cylinder[]", sizes),
+            Self::Box(sides) => ("shape.box[]", sides),
+        };
+        let each = lengths.iter_mut().enumerate();
+        each.map(|(i, x)| (field, i, x)).collect()
+    }
+
+    /// The shape in units of `length`.
+    ///
+    /// # Errors
+    /// As the constructors of [`Shape`].
+    pub(crate) fn in_units(&self, length: f64) -> Result<Shape> {
+        match *self {
+            Self::Point => Ok(Shape::Point),
+            Self::Ball(diameter) => Shape::ball(0.5 * diameter / length),
+            Self::Capsule([diameter, way]) => Shape::capsule(way / length, 0.5 * diameter / length),
+            Self::Cylinder([diameter, way]) => {
+                Shape::cylinder(way / length, 0.5 * diameter / length)
+            }
+            Self::Box(sides) => Shape::cuboid(Vector3::from(sides) / length),
+        }
+    }
 }

@@ -57,6 +57,9 @@ impl RodMassNote {
     }
 }
 
+/// Reason why contacts exclude first-order inertia.
+const LOOKED_FOR: &str = "obstacles are looked for";
+
 /// Reason why time steps of this method exclude first-order inertia in space.
 fn method_excludes_first_order(method: Method) -> Option<&'static str> {
     (method == Method::Symmetric).then_some("symmetric steps do not follow it (run.method)")
@@ -90,8 +93,8 @@ impl Scene {
     /// Reason why the mass of the rod cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
         let run = self.run.as_ref()?;
-        if !self.obstacles.is_empty() {
-            return Some("obstacles are looked for");
+        if self.has_contact() {
+            return Some(LOOKED_FOR);
         }
         // Only runs in space exclude a method.
         if self.stays_in_plane() {
@@ -105,6 +108,9 @@ impl Scene {
     pub(super) fn not_first_order_in_assembly(&self, k: usize) -> Option<&'static str> {
         let rod = self.assembly().and_then(|given| given.rods.get(k));
         let axes = "a joint at an end of it has axes";
+        if self.has_contact() {
+            return Some(LOOKED_FOR);
+        }
         method_excludes_first_order(self.run.as_ref()?.method)
             .or(rod.is_some_and(AssemblyRod::has_joint_axes).then_some(axes))
     }
@@ -125,7 +131,9 @@ impl Scene {
             }
         };
         match &mut self.kind {
-            SceneKind::Rod | SceneKind::Bar(_) => choose(&mut self.rod, rods.contains(&0)),
+            SceneKind::Rod | SceneKind::Bar(_) | SceneKind::Wall(_) => {
+                choose(&mut self.rod, rods.contains(&0))
+            }
             SceneKind::Assembly(given) => {
                 for (k, rod) in given.rods.iter_mut().enumerate() {
                     choose(&mut rod.rod, rods.contains(&k));

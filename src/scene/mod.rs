@@ -80,6 +80,7 @@ mod start;
 mod station;
 mod tendon;
 mod units;
+mod wall;
 
 pub use crate::body::{Block, History, Pulse, Ramp, Sine};
 pub use crate::motion::LandingRule;
@@ -92,7 +93,7 @@ pub use crate::solve::integrator::Method;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, FreeRod, Guess, Site};
 pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
-pub use contact::{BodyShape, ContactRules, RodsInContact};
+pub use contact::{BodyShape, ContactPair, ContactRules, RodsInContact};
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,
 };
@@ -121,6 +122,10 @@ pub use start::{
 pub use station::Station;
 pub use tendon::{Pull, Tendon};
 pub use units::Units;
+pub use wall::{
+    MembraneLoad, MembraneScene, TubeLaw, TubeLoad, TubeScene, WallBranch, WallParameter,
+    WallScene, WallStiffness,
+};
 
 use crate::{Error, Result};
 use serde::Serialize;
@@ -204,6 +209,8 @@ pub enum SceneKind {
     Assembly(AssemblyScene),
     /// A bar with mass, `rod.model = "bar"`. Of the other fields only the units and the run are used.
     Bar(BarScene),
+    /// A wall under pressure, `[tube]` or `[membrane]`. Of the other fields only the units are used.
+    Wall(WallScene),
 }
 
 impl Scene {
@@ -257,13 +264,38 @@ impl Scene {
     /// As [`Scene::read`].
     pub fn read_with(path: &Path, overrides: &[&str]) -> std::result::Result<Self, ReadError> {
         let file = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|error| {
+        let bytes = std::fs::read(path);
+        Self::read_bytes(file, bytes, path.parent(), overrides)
+    }
+
+    /// Reads a scene from a stream, as [`Scene::parse_with`]; the scene's files are looked for in the current
+    /// directory. Faults and errors call the stream `name`.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read_from(
+        name: &str,
+        stream: &mut impl std::io::Read,
+        overrides: &[&str],
+    ) -> std::result::Result<Self, ReadError> {
+        let mut bytes = Vec::new();
+        let read = stream.read_to_end(&mut bytes).map(|_| bytes);
+        Self::read_bytes(name.to_owned(), read, None, overrides)
+    }
+
+    fn read_bytes(
+        file: String,
+        bytes: std::io::Result<Vec<u8>>,
+        directory: Option<&Path>,
+        overrides: &[&str],
+    ) -> std::result::Result<Self, ReadError> {
+        let bytes = bytes.map_err(|error| {
             ReadError::File(Error::io(format!("reading {file}")).caused_by(error))
         })?;
         utf8(&bytes)
             .and_then(|text| {
                 let sources = read::Sources::new(text, overrides);
-                read::scene(&sources.in_directory(path.parent().unwrap_or(Path::new(""))))
+                read::scene(&sources.in_directory(directory.unwrap_or(Path::new(""))))
             })
             .map_err(|faults| ReadError::Scene { file, faults })
     }
@@ -287,6 +319,58 @@ impl Scene {
     pub(crate) fn bar_mut(&mut self) -> Option<&mut BarScene> {
         match &mut self.kind {
             SceneKind::Bar(bar) => Some(bar),
+            _ => None,
+        }
+    }
+
+    /// A scene of a kind that has its data in itself, a bar or a wall; the fields of rods are empty.
+    pub(crate) fn without_rods(units: Units, kind: SceneKind) -> Self {
+        let length = match &kind {
+            SceneKind::Bar(bar) => bar.length,
+            _ => 1.0,
+        };
+        let rod = Rod {
+            model: Model::Bar,
+            length,
+            material: None,
+            bends: Bends::Weak,
+            section: Section::Bending(0.0),
+            rest: Rest::default(),
+            damping: None,
+            drive: None,
+            tendons: Vec::new(),
+            loads: Vec::new(),
+            relaxation: Vec::new(),
+            nodes: None,
+            contact_diameter: None,
+            mass: None,
+            inertia: None,
+            inertia_chosen: false,
+            section_inertia: None,
+            centreline: None,
+        };
+        Self {
+            units,
+            rod,
+            clamp: Clamp::default(),
+            body: None,
+            end: None,
+            start: Start::default(),
+            loads: Loads::default(),
+            stations: Vec::new(),
+            obstacles: Vec::new(),
+            contact: ContactRules::default(),
+            run: None,
+            solve: Solve::default(),
+            continuation: None,
+            kind,
+        }
+    }
+
+    /// Data of a wall under pressure; `None` for rods and bars.
+    pub fn wall(&self) -> Option<&WallScene> {
+        match &self.kind {
+            SceneKind::Wall(wall) => Some(wall),
             _ => None,
         }
     }
@@ -321,6 +405,7 @@ impl Scene {
                 "the end of this rod is free, and what is asked for is that of a body there: add [body] with `mass = 1.0`",
             ),
             SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => several(),
             SceneKind::Rod => at_rest(),
         })
@@ -349,6 +434,7 @@ impl Scene {
     pub fn run(&self) -> Result<&Run> {
         self.run.as_ref().ok_or_else(|| match self.kind {
             SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => Error::domain(
                 "this assembly has no [run]: use `snaprod equilibrium`, or add [run] with `duration = 3.0`",
             ),
@@ -363,12 +449,19 @@ impl Scene {
     pub fn end(&self) -> Result<&End> {
         self.end.as_ref().ok_or_else(|| match self.kind {
             SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => several(),
             SceneKind::Rod => Error::domain(
                 "this is a scene of motion: use `snaprod run`; one of statics has [end] in place of [body] and [run]",
             ),
         })
     }
+}
+
+fn of_a_wall() -> Error {
+    Error::domain(
+        "this is a wall under pressure at rest, [tube] or [membrane]: use `snaprod equilibrium` or, with [continue], `snaprod branch`",
+    )
 }
 
 fn of_a_bar() -> Error {

@@ -19,9 +19,12 @@ pub struct Obstacle {
     /// Restitution of impacts, in [0, 1]; `None`: that of [`ContactRules`](super::ContactRules).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
-    /// Displacement in time; `None`: the obstacle stands.
+    /// Displacement, and rotation about [`ObstacleShape::middle`], in time; `None`: the obstacle stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<ClampMotion>,
+    /// Names of the rods and bodies that touch the obstacle; `None`: all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touches: Option<Vec<String>>,
 }
 
 /// Shape and place of an obstacle.
@@ -105,7 +108,17 @@ impl Obstacle {
     /// # Errors
     /// As the constructors of [`obstacle::Obstacle`].
     pub(crate) fn in_units(&self, length: f64) -> Result<obstacle::Obstacle> {
-        let place = |x: &[f64; 3]| Vector3::from(*x) / length;
+        self.seen_from([0.0; 3], length)
+    }
+
+    /// [`Obstacle::in_units`] in a frame with this origin.
+    ///
+    /// # Errors
+    /// As [`Obstacle::in_units`].
+    pub(crate) fn seen_from(&self, origin: [f64; 3], length: f64) -> Result<obstacle::Obstacle> {
+        let origin = Vector3::from(origin);
+        let place = |x: &[f64; 3]| (Vector3::from(*x) - origin) / length;
+        let size = |x: &[f64; 3]| Vector3::from(*x) / length;
         match &self.shape {
             ObstacleShape::Plane { point, normal } => {
                 obstacle::Obstacle::plane(place(point), (*normal).into())
@@ -131,7 +144,7 @@ impl Obstacle {
             } => obstacle::Obstacle::disc(place(centre).xy(), radius / length, *inside),
             ObstacleShape::Polygon(corners) => {
                 let corners: Vec<Vector2<f64>> = (corners.iter())
-                    .map(|corner| Vector2::from(*corner) / length)
+                    .map(|corner| (Vector2::from(*corner) - origin.xy()) / length)
                     .collect();
                 obstacle::Obstacle::polygon(&corners)
             }
@@ -145,13 +158,31 @@ impl Obstacle {
                 rotation,
             } => {
                 let turn = rotation.map_or_else(Rotation3::identity, |turn| turn.matrix());
-                obstacle::Obstacle::cuboid(place(centre), place(sides), turn)
+                obstacle::Obstacle::cuboid(place(centre), size(sides), turn)
             }
         }
     }
 }
 
 impl ObstacleShape {
+    /// The place about which a moving obstacle turns: its point, its centre, or the middle of its ends or corners.
+    pub fn middle(&self) -> [f64; 3] {
+        match self {
+            Self::Plane { point, .. } | Self::Cylinder { point, .. } => *point,
+            Self::Sphere { centre, .. } | Self::Disc { centre, .. } | Self::Box { centre, .. } => {
+                *centre
+            }
+            Self::Capsule { from, to, .. } | Self::Segment { from, to, .. } => {
+                std::array::from_fn(|i| 0.5 * (from[i] + to[i]))
+            }
+            Self::Polygon(corners) => {
+                let count = corners.len().max(1) as f64;
+                let mean = |i: usize| corners.iter().map(|corner| corner[i]).sum::<f64>() / count;
+                [mean(0), mean(1), 0.0]
+            }
+        }
+    }
+
     /// Every length of the obstacle by its field, with the index of the component.
     pub(super) fn lengths_mut(&mut self) -> Vec<(&'static str, usize, &mut f64)> {
         fn each<'a>(

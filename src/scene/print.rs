@@ -1,15 +1,16 @@
 //! Serialisation of a resolved scene, restricted to the fields of its kind.
 
 use super::read::fields_of;
-use super::{Rod, Scene};
+use super::{BarScene, Rod, Scene, WallScene};
 use serde::Serialize;
 use serde::ser::{Error, Serializer};
 use serde_json::Value;
 
 impl Serialize for Scene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if let Some(bar) = self.bar() {
-            let mut tables = bar.tables();
+        let apart =
+            (self.bar().map(BarScene::tables)).or_else(|| self.wall().map(WallScene::tables));
+        if let Some(mut tables) = apart {
             let units = serde_json::to_value(self.units).map_err(S::Error::custom)?;
             tables.insert("units".to_owned(), units);
             return Value::Object(tables).serialize(serializer);
@@ -25,6 +26,8 @@ impl Serialize for Scene {
         if let Some(assembly) = self.assembly() {
             let value = serde_json::to_value(assembly).map_err(S::Error::custom)?;
             if let Value::Object(lists) = value {
+                // Bodies without rods have no list of rods.
+                tables.remove("rod");
                 tables.extend(lists);
             }
             if self.run.is_none() {

@@ -73,7 +73,7 @@ impl Scene {
         let mut all = Registry::default();
         let loads = &mut self.loads;
         match &mut self.kind {
-            SceneKind::Bar(_) => {}
+            SceneKind::Bar(_) | SceneKind::Wall(_) => {}
             SceneKind::Assembly(assembly) => {
                 all.vary(&GRAVITY, each(&mut loads.gravity));
                 all.assembly(assembly);
@@ -108,6 +108,7 @@ impl Scene {
             if let Some(motion) = &mut obstacle.motion {
                 let displaced = &mut motion.translate;
                 all.translation("obstacle[].motion.translate", k, displaced);
+                all.turn("obstacle[].motion.turn", k, &mut motion.turn);
             }
             all.at("obstacle[]", k, Any);
             for (field, i, slot) in obstacle.shape.lengths_mut() {
@@ -248,8 +249,13 @@ impl<'a> Registry<'a> {
     /// Adds the numbers of the motion of a clamp.
     pub fn motion(&mut self, motion: &'a mut ClampMotion) {
         self.translation("clamp.motion.translate", 0, &mut motion.translate);
-        self.at("clamp.motion.turn", 0, Any);
-        match &mut motion.turn {
+        self.turn("clamp.motion.turn", 0, &mut motion.turn);
+    }
+
+    /// Adds the numbers of a rotation in time.
+    fn turn(&mut self, table: &'static str, k: usize, turn: &'a mut Option<Turn>) {
+        self.at(table, k, Any);
+        match turn {
             None => {}
             Some(Turn::About { angle, .. }) => {
                 self.history([Quantity::Ratio, Quantity::AngularVelocity], angle);
@@ -441,11 +447,7 @@ impl<'a> Registry<'a> {
     pub fn body(&mut self, body: &'a mut Body) {
         self.at("body", 0, Any);
         self.add("mass", Quantity::Mass, [&mut body.mass]);
-        if let Some(BodyShape::Ball(diameter)) = &mut body.shape {
-            self.at("body", 0, Normal);
-            self.add("shape.ball", Quantity::Length, [diameter]);
-            self.at("body", 0, Any);
-        }
+        self.shape("body", 0, body.shape.as_mut());
         self.groove(body.groove.as_mut());
         if let Joint::Weld {
             offset,
@@ -456,6 +458,16 @@ impl<'a> Registry<'a> {
             self.at("body", 0, Square);
             self.extent(offset, inertia, rotor);
         }
+    }
+
+    /// Adds the lengths of the shape of a body.
+    fn shape(&mut self, table: &'static str, k: usize, shape: Option<&'a mut BodyShape>) {
+        for (field, i, slot) in shape.into_iter().flat_map(BodyShape::lengths_mut) {
+            // A box without thickness is a plate.
+            self.at(table, k, if *slot == 0.0 { Any } else { Normal });
+            self.push(field, i, Quantity::Length, slot);
+        }
+        self.at(table, k, Any);
     }
 
     /// Adds the lengths of a groove. Its directions are of any length, and have no unit.
@@ -670,6 +682,7 @@ impl<'a> Registry<'a> {
         }
         self.at("body[]", k, Any);
         self.add("mass", Quantity::Mass, [&mut body.mass]);
+        self.shape("body[]", k, body.shape.as_mut());
         self.groove(body.groove.as_mut());
         self.at("body[]", k, Square);
         let (v, w) = (&mut body.velocity, &mut body.angular_velocity);
@@ -680,6 +693,9 @@ impl<'a> Registry<'a> {
         self.add("rotational_drag", Quantity::RotationalDrag, [drag]);
         if let Some(guess) = &mut body.guess {
             self.add("guess.position.xyz", Quantity::Length, &mut guess.position);
+        }
+        if let Some(place) = &mut body.place {
+            self.add("position.xyz", Quantity::Length, &mut place.position);
         }
         if let Some(extent) = body.extent.as_mut().filter(|_| !is_massless) {
             let Extent {

@@ -2,7 +2,7 @@
 
 use super::{Drive, RodLoad, Section, Tendon, section::flattened};
 use crate::section::rate::{Damping, Maxwell, StrainMatrix};
-use crate::section::{Centreline, MassAlong, Rest};
+use crate::section::{Centreline, Diagonal, MassAlong, Rest, Stiffness};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -71,6 +71,35 @@ pub struct Rod {
 }
 
 impl Rod {
+    /// The unit of lengths and forces of bodies without rods: a rod of the length 1 and the stiffness 1.
+    pub(super) fn unit() -> Self {
+        Self {
+            model: Model::Cosserat,
+            length: 1.0,
+            material: None,
+            bends: Bends::default(),
+            section: Section::Diagonal(Diagonal {
+                bending: [1.0.into(), 1.0.into()],
+                torsion: 1.0.into(),
+                shear: Stiffness::Rigid,
+                axial: Stiffness::Rigid,
+            }),
+            rest: Rest::default(),
+            centreline: None,
+            drive: None,
+            tendons: Vec::new(),
+            loads: Vec::new(),
+            damping: None,
+            relaxation: Vec::new(),
+            nodes: None,
+            mass: None,
+            inertia: None,
+            inertia_chosen: false,
+            section_inertia: None,
+            contact_diameter: None,
+        }
+    }
+
     /// EI of a rod in the plane.
     ///
     /// # Errors

@@ -20,6 +20,16 @@ impl Units {
         self.si("m")
     }
 
+    /// Symbol of area.
+    pub fn area(self) -> &'static str {
+        self.si("m²")
+    }
+
+    /// Symbol of volume.
+    pub fn volume(self) -> &'static str {
+        self.si("m³")
+    }
+
     /// Symbol of force.
     pub fn force(self) -> &'static str {
         self.si("N")

@@ -18,6 +18,8 @@ use std::collections::VecDeque;
 
 /// Largest number of equilibria of an assembly that are looked for.
 const MOST: usize = 24;
+/// Distance from the image of an equilibrium, relative to 1 + the unknowns, within which another is that image.
+const IMAGE: f64 = 1e-4;
 
 /// All equilibria found, the stable ones first, each kind by energy.
 #[derive(Debug, Clone)]
@@ -110,7 +112,7 @@ pub fn all_equilibria(
 fn of_rod(scene: &Scene, lambda_max: f64, hooks: &mut dyn Hooks) -> Result<AllEquilibriaRecord> {
     let problem = scene.problem()?;
     let mut interrupted = false;
-    let all = problem.all_equilibria(lambda_max, &mut || {
+    let all = problem.all_equilibria(scene.guess().as_ref(), lambda_max, &mut || {
         interrupted |= hooks.interrupted();
         interrupted
     })?;
@@ -118,7 +120,7 @@ fn of_rod(scene: &Scene, lambda_max: f64, hooks: &mut dyn Hooks) -> Result<AllEq
     let mut states = Vec::new();
     for listed in all.found {
         let found = listed.equilibrium;
-        let pulled = Pulled::at(scene.clone(), problem.clone(), found.clone())?;
+        let pulled = Pulled::at(scene.clone(), listed.problem, found.clone())?;
         states.push(StateRecord {
             energy: found.end.energy + found.potential + problem.potential_of_end(&found.end),
             index: found.index,
@@ -202,11 +204,17 @@ fn of_assembly(scene: &Scene, hooks: &mut dyn Hooks) -> Result<AllEquilibriaReco
             break;
         }
         let options = deflation::Options::default();
-        let guess = std::slice::from_ref(&guess);
-        let Ok(search) = find_further(&family, 0.0, &known, guess, &options) else {
+        let Ok(search) = find_further(&family, 0.0, &known, std::slice::from_ref(&guess), &options)
+        else {
             continue;
         };
         for solution in search.solutions {
+            // The image of an equilibrium is one itself only under a symmetry of the data.
+            let moved = (&solution.x - &guess).norm();
+            let how = match how {
+                Finding::Symmetry if moved > IMAGE * (1.0 + guess.norm()) => Finding::Deflation,
+                how => how,
+            };
             let same = |x: &DVector<f64>| {
                 (x - &solution.x).norm() <= SAME_EQUILIBRIUM * (1.0 + solution.x.norm())
             };

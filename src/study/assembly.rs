@@ -1,13 +1,15 @@
 //! Assemblies at rest: static equilibrium, and the effect of the rods' mass there.
 
-use crate::assembly::{AssemblyEquilibrium, AssemblyRoute};
+use crate::assembly::{AssemblyEquilibrium, AssemblyRoute, Configuration};
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::RodCurve;
+use crate::rod::RodSection;
 use crate::scene::{AssemblySetup, Scene, Units};
 use crate::study::neglected_mass::{MassEffect, RodsAtRest};
 use crate::study::space::upward;
 use crate::study::stations::{self, StationValues};
+use crate::study::tendons::TendonsRecord;
 use crate::study::{Cell, Column, Solid, Table};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 use serde_json::{Map, Value, json};
@@ -30,6 +32,10 @@ pub struct AssemblyEquilibriumRecord {
     pub free: Vec<String>,
     /// Stored energy plus potential of gravity and constant forces; couples have no potential.
     pub energy: f64,
+    /// Energy stored in the rods alone, without loads and tendons.
+    pub elastic: f64,
+    /// Tendons of the rods that have some, by the name of the rod.
+    pub tendons: Vec<(String, TendonsRecord)>,
     /// Morse index with the bodies free; 0 is stable.
     pub index: usize,
     /// True if the loads have a potential: only then the index decides stability.
@@ -88,6 +94,7 @@ pub struct AssemblyEquilibriumRecord {
 /// # Errors
 /// A scene of one rod; no equilibrium found.
 pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
+    scene.has_no_obstacles()?;
     let in_units = |e| scene.in_own_units(e);
     let setup = AssemblySetup::new(scene).map_err(in_units)?;
     let found = setup.equilibrium().map_err(in_units)?;
@@ -114,6 +121,8 @@ pub(in crate::study) fn described(
     let guess = given.is_some_and(|given| given.bodies.iter().any(|body| body.guess.is_some()));
     let rods = rods.zip(setup.base_wrenches(&found.now)?);
     let stations = stations::in_assembly(scene, setup, &found.now)?;
+    let tendons = tendons(scene, setup, &found.now)?;
+    let pulled: f64 = tendons.iter().map(|(_, rod)| rod.potential()).sum();
     Ok(AssemblyEquilibriumRecord {
         units: scene.units,
         bodies: bodies.collect(),
@@ -123,6 +132,8 @@ pub(in crate::study) fn described(
             .collect(),
         free: free.map(|rod| rod.name.clone()).collect(),
         energy: found.energy * k.energy,
+        elastic: found.stored * k.energy - pulled,
+        tendons,
         index: found.index,
         conservative: setup.assembly.is_conservative(0.0),
         indexed: !setup.assembly.has_turning(),
@@ -134,6 +145,35 @@ pub(in crate::study) fn described(
         stations,
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
     })
+}
+
+/// Tendons of the rods between attachments that have some, by the name of the rod.
+fn tendons(
+    scene: &Scene,
+    setup: &AssemblySetup,
+    now: &Configuration,
+) -> Result<Vec<(String, TendonsRecord)>> {
+    let rods = scene.assembly().into_iter().flat_map(|given| &given.rods);
+    let mut found = Vec::new();
+    for (number, rod) in rods.enumerate() {
+        let Some(law) = rod.rod.tendon_law()? else {
+            continue;
+        };
+        let length = rod.rod.length;
+        let sections = |places: &[f64]| -> Result<Vec<RodSection>> {
+            let reversed = setup.is_reversed(number);
+            let values = stations::from_base(reversed, places, |places| {
+                let sections = setup.sections(now, number, places)?;
+                let values = |section| StationValues::at_rest(section).outward(&setup.scales);
+                Ok(sections.iter().map(values).collect())
+            })?;
+            let sections = values.iter().zip(places);
+            Ok(sections.map(|(at, x)| at.section(x * length)).collect())
+        };
+        let record = TendonsRecord::of(&law, length, sections)?;
+        found.push((rod.name.clone(), record));
+    }
+    Ok(found)
 }
 
 impl AssemblyEquilibriumRecord {
@@ -148,17 +188,24 @@ impl AssemblyEquilibriumRecord {
             let turn = shape.first().map_or_else(UnitQuaternion::identity, |(_, pose)| pose.rotation);
             let wrench = |m: Vector3<f64>, n: Vector3<f64>| json!({ "couple": m.as_slice(), "force": n.as_slice() });
             let end = shape.last().map(|(_, pose)| pose_json(pose));
-            let described = json!({
+            let mut described = json!({
                 "base_wrench": wrench(couple, force),
                 "base_wrench_in_directors": wrench(turn.inverse() * couple, turn.inverse() * force),
                 "end": end,
             });
+            let own = self.tendons.iter().find(|(rod, _)| rod == name);
+            if let Some((_, tendons)) = own {
+                let [couple, force] = tendons.base;
+                described["tendons"] = json!(tendons.each);
+                described["backbone_base_wrench"] = wrench(couple, force);
+            }
             (name.clone(), described)
         });
         let mut summary = json!({
             "bodies": bodies.collect::<Map<_, _>>(),
             "rods": rods.collect::<Map<_, _>>(),
             "energy": self.energy,
+            "elastic_energy": self.elastic,
             "index": self.indexed.then_some(self.index),
             "stable": self.conservative.then_some(self.index == 0),
             "conservative": self.conservative,

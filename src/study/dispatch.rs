@@ -1,8 +1,8 @@
-//! Studies for a scene of any kind: rods or a bar.
+//! Studies for a scene of any kind: rods, a bar or a wall under pressure.
 
 use super::neglected_mass::MassEffect;
 use super::run::{Fields, Prepared, RunRecord, RunStart, Shapes};
-use super::{Hooks, Sink, Table, assembly, bar, equilibrium, run};
+use super::{Hooks, Sink, Table, assembly, bar, equilibrium, run, wall};
 use crate::error::{Error, Result};
 use crate::scene::{Scene, SceneKind};
 use bar::{BarPrepared, BarRecord};
@@ -103,7 +103,7 @@ impl SceneRun<'_> {
 fn require_motion(scene: &Scene) -> Result<()> {
     match scene.kind {
         SceneKind::Bar(_) => Ok(()),
-        SceneKind::Assembly(_) | SceneKind::Rod => scene.run().map(drop),
+        SceneKind::Assembly(_) | SceneKind::Rod | SceneKind::Wall(_) => scene.run().map(drop),
     }
 }
 
@@ -111,7 +111,7 @@ fn require_motion(scene: &Scene) -> Result<()> {
 fn prepared_rods(scene: &Scene, of_bar: &str) -> Result<Prepared> {
     match scene.kind {
         SceneKind::Bar(_) => Err(Error::domain(of_bar)),
-        SceneKind::Assembly(_) | SceneKind::Rod => {
+        SceneKind::Assembly(_) | SceneKind::Rod | SceneKind::Wall(_) => {
             scene.run()?;
             Prepared::new(scene)
         }
@@ -168,6 +168,10 @@ pub fn rest(scene: &Scene) -> Result<(Value, Table)> {
         let record = assembly::equilibrium(scene)?;
         return Ok((record.summary(), record.shape()?));
     }
+    if scene.wall().is_some() {
+        let record = wall::equilibrium(scene)?;
+        return Ok((record.summary, record.shape));
+    }
     scene.end()?;
     let record = equilibrium(scene)?;
     Ok((record.summary(), record.shape()?))
@@ -207,6 +211,7 @@ pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Ta
 pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
     match scene.kind {
         SceneKind::Bar(_) => BarPrepared::new(scene).map(|_| None),
+        SceneKind::Wall(_) => wall::equilibrium(scene).map(|_| None),
         SceneKind::Assembly(_) if !scene.is_motion() => {
             assembly::equilibrium(scene)?;
             assembly::small_mass(scene)

@@ -171,7 +171,7 @@ pub fn film(
                 last = camera.keep(&*motion.now(), PictureRole::Landing)?;
             }
             Event::Stop(_) => break,
-            Event::Layer(_) | Event::Bounce(_) | Event::Contact(_) => {}
+            Event::Layer(_) | Event::Bounce(_) | Event::Contact(_) | Event::RodContact(_) => {}
         }
     }
     camera.thin();

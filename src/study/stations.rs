@@ -276,6 +276,21 @@ impl StationValues {
         }
     }
 
+    /// The section at arclength `s` with these values, at rest; the energy is unknown and set to 0.
+    pub(super) fn section(&self, s: f64) -> RodSection {
+        let (couple, force) = halves(&self.resultants);
+        let turn = self.pose.rotation;
+        RodSection {
+            s,
+            position: self.pose.translation.vector,
+            directors: *turn.to_rotation_matrix().matrix(),
+            couple: turn * couple,
+            force: turn * force,
+            strain: self.strain,
+            energy: 0.0,
+        }
+    }
+
     /// Values of a station at rest as JSON, by the names of the columns.
     pub(super) fn json(&self) -> Value {
         let (couple, force) = halves(&self.resultants);

@@ -563,7 +563,7 @@ fn a_scene_without_damping_runs_as_an_elastic_rod() {
     let asked = ["run", scene, "--no-figures", "--set", "run.tolerance=1e-10"];
     let answer = place.run(&asked);
     let text = answer.text();
-    assert!(text.contains("snap at t = 0.46687483764"), "{text}");
+    assert!(text.contains("snap at t = 0.466875"), "{text}");
     let table = place.read("out/flywheel/trajectory.csv");
     let mut lines = table.lines();
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();

@@ -155,7 +155,7 @@ fn cantilevers_agree_with_independent_numbers() {
         near(numbers(&found["position"]), [w, 0.0, 1.0 - u], 2e-10);
         let q = [f64::cos(0.5 * angle), 0.0, f64::sin(0.5 * angle), 0.0];
         near(numbers(&found["quaternion"]), q, 2e-10);
-        let text = place.run(&["equilibrium", "scene.toml"]);
+        let text = place.run(&["equilibrium", "scene.toml", "-v"]);
         let energy = found["energy"].as_f64().unwrap().to_string();
         assert!(text.text().contains(&energy), "{energy} not in {text:?}");
     }
@@ -184,10 +184,7 @@ fn rounding_is_not_printed_as_a_value() {
     }
     let small = printed("[end]\nforce = [1e-9, 0.0, 0.0]");
     let lines: Vec<&str> = small.lines().collect();
-    assert!(
-        lines[4].starts_with("tip force      1.0") && lines[4].ends_with("e-9, 0, 0"),
-        "{small}"
-    );
+    assert!(lines[4] == "tip force      1e-9, 0, 0", "{small}");
     assert_eq!(lines[5], "tip couple     0, 0, 0");
 }
 

@@ -52,6 +52,7 @@ pub(crate) fn given(
         along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
+        turning: None,
         body: None,
         diameter: None,
     }

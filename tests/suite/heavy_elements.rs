@@ -163,6 +163,7 @@ fn spin_up(tolerance: f64) -> f64 {
         along: None,
         grain: PointMass::new(1.0).unwrap().with_support(clamp),
         distributed: None,
+        turning: None,
         body: None,
         diameter: None,
     };

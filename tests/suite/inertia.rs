@@ -37,6 +37,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> RodDescript
         along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
+        turning: None,
         body: Some(body),
         diameter: None,
     }
@@ -153,6 +154,7 @@ fn derivatives_are_those_of_the_balance() {
             Vector3::new(0.2, 0.0, 0.0),
         ])
         .ok(),
+        turning: None,
         body: Some(Mass::Rigid(weld.with_support(support))),
         diameter: None,
     });
@@ -242,6 +244,7 @@ fn implicit_steps_eliminate_the_branches() {
         along: None,
         grain: PointMass::new(1.0).unwrap(),
         distributed: None,
+        turning: None,
         body: Some(Mass::Point(PointMass::new(1.0).unwrap())),
         diameter: None,
     };
@@ -304,6 +307,7 @@ fn delays_are_those_of_waves_and_of_friction() {
         along: None,
         grain: PointMass::new(1.0).unwrap(),
         distributed: None,
+        turning: None,
         body: None,
         diameter: None,
     };
@@ -410,6 +414,7 @@ fn energy_is_kept_whatever_the_nodes_resolve() {
         along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
+        turning: None,
         body: Some(Mass::Rigid(weld.with_gravity(gravity).unwrap())),
         diameter: None,
     };
@@ -460,6 +465,7 @@ fn a_round_rod_keeps_its_momentum() {
         along: None,
         grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
+        turning: None,
         body: Some(weld(Vector3::new(0.0, -1.5, 0.0))),
         diameter: None,
     };

@@ -33,7 +33,7 @@ fn finished(motion: &mut dyn Motion<'_>) -> (Outcome, Option<Snap>, Vector3<f64>
 
 /// A strip stiff in out-of-plane bending and twist: stability in the plane implies stability in space. x of the plane
 /// is z here, y is x.
-fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRun {
+fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRun<'static> {
     let mass = PointMass::new(1.0).expect("a mass");
     carried(mass, start, velocity, options(landing))
 }
@@ -43,12 +43,16 @@ fn carried(
     start: &Equilibrium,
     velocity: f64,
     options: Options,
-) -> AssemblyRun {
+) -> AssemblyRun<'static> {
     beside(&[(mass, velocity)], start, options)
 }
 
 /// Masses thrown with these velocities, each on its own strip, a length apart from each other.
-fn beside(thrown: &[(PointMass<3>, f64)], start: &Equilibrium, options: Options) -> AssemblyRun {
+fn beside(
+    thrown: &[(PointMass<3>, f64)],
+    start: &Equilibrium,
+    options: Options,
+) -> AssemblyRun<'static> {
     let lifted = |v: Vector2<f64>| Vector3::new(v.y, 0.0, v.x);
     let at = Elastica.point(&[start.p, start.w].into());
     let at = at.expect("in the chart");

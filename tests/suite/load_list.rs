@@ -293,7 +293,7 @@ fn faults_of_loads_are_told() {
                 13,
                 "load[0].follows",
                 FaultKind::Conflict,
-                "are for statics",
+                "act on rods with inertia = \"full\"",
             ),
         ),
         (

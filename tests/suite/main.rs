@@ -15,6 +15,7 @@ mod bar_scenes;
 mod bar_schemes;
 mod bar_strong;
 mod bar_waves;
+mod bodies_in_space_that_hit;
 mod bodies_on_rods_that_hit;
 mod bodies_that_hit;
 mod bounces_space;
@@ -26,11 +27,14 @@ mod branch_folds_assemblies;
 mod branch_points;
 mod breaks;
 mod budget;
+mod capstans;
 #[cfg(feature = "scene")]
 mod cheap_paths;
 mod clamps;
 #[cfg(feature = "cli")]
 mod cli;
+#[cfg(feature = "cli")]
+mod cli_input;
 #[cfg(feature = "cli")]
 mod cli_memory;
 #[cfg(feature = "cli")]
@@ -88,6 +92,8 @@ mod heavy_assemblies;
 #[cfg(feature = "scene")]
 mod heavy_bounces;
 #[cfg(feature = "scene")]
+mod heavy_branches;
+#[cfg(feature = "scene")]
 mod heavy_elements;
 #[cfg(feature = "scene")]
 mod heavy_grooves;
@@ -120,6 +126,7 @@ mod loads;
 mod mass_motions;
 #[cfg(feature = "scene")]
 mod mass_numbers_space;
+mod membranes;
 mod memory;
 mod memory_kernel;
 mod memory_motion;
@@ -133,6 +140,9 @@ mod moving_joints;
 #[cfg(feature = "cli")]
 #[cfg(feature = "scene")]
 mod obstacle_scenes;
+#[cfg(feature = "cli")]
+#[cfg(feature = "scene")]
+mod obstacle_scenes_in_space;
 mod obstacles;
 mod outputs;
 #[cfg(feature = "cli")]
@@ -140,6 +150,7 @@ mod pages;
 #[cfg(feature = "scene")]
 mod pairs;
 mod pins;
+mod piston;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]
@@ -176,6 +187,7 @@ mod rods;
 #[cfg(feature = "cli")]
 mod rods_alone;
 mod rods_invariants;
+mod rods_touch_in_motion;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
@@ -228,11 +240,16 @@ mod taut_mass;
 mod tendons;
 mod touching_rods;
 mod truss;
+mod tube_ring;
+#[cfg(feature = "scene")]
+mod turning_loads;
 mod viscous;
 mod viscous_identities;
 mod viscous_laws;
 mod viscous_space;
 mod viscous_space_runs;
+#[cfg(feature = "cli")]
+mod wall_scenes;
 #[cfg(feature = "cli")]
 mod widths;
 #[cfg(feature = "scene")]

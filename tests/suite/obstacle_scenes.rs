@@ -35,13 +35,13 @@ tolerance = 1e-12
 samples = 81
 "#;
 
-struct Ran {
-    events: Vec<Value>,
-    summary: Value,
-    tables: Vec<Table>,
+pub struct Ran {
+    pub events: Vec<Value>,
+    pub summary: Value,
+    pub tables: Vec<Table>,
 }
 
-fn ran(text: &str) -> Ran {
+pub fn ran(text: &str) -> Ran {
     let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"));
     let prepared = Prepared::new(&scene).expect("a scene");
     let mut tables: Vec<Table> = Vec::new();
@@ -54,7 +54,7 @@ fn ran(text: &str) -> Ran {
     }
 }
 
-fn reals(tables: &[Table], table: &str, column: &str) -> Vec<f64> {
+pub fn reals(tables: &[Table], table: &str, column: &str) -> Vec<f64> {
     let table = tables
         .iter()
         .find(|each| each.name == table)
@@ -67,7 +67,7 @@ fn reals(tables: &[Table], table: &str, column: &str) -> Vec<f64> {
     rows.collect()
 }
 
-fn of_kind<'e>(ran: &'e Ran, kind: &str) -> Vec<&'e Value> {
+pub fn of_kind<'e>(ran: &'e Ran, kind: &str) -> Vec<&'e Value> {
     ran.events
         .iter()
         .filter(|event| event["kind"] == kind)
@@ -148,6 +148,69 @@ fn units_and_clamps_change_nothing() {
     assert!(number(contact, "max_cone") < 1e-12);
 }
 
+/// The scene strip_at_wall.toml in other units, as [`ELSEWHERE`], with the clamp elsewhere and turned.
+const WALL_ELSEWHERE: &str = r#"
+[rod]
+model = "elastica"
+length = 100.0
+bending_stiffness = 1e3
+[body]
+mass = 1e3
+[clamp]
+position = [10.0, 20.0]
+angle = 1.5707963267948966
+[start]
+position = [10.0, 117.5]
+sheet = { mode = 1, sign = "+", near = 4.5 }
+velocity = [-0.005, -0.08]
+[[obstacle]]
+name = "wall"
+plane = { point = [0.0, 5.0], normal = [3.0, 0.0] }
+[run]
+duration = 50.0
+tolerance = 1e-12
+samples = 101
+"#;
+
+/// Catches touches of a rod that are not written, or written in wrong units, and a clamp that is taken for the origin.
+/// The given motion is that of tools/ref_rod_touch.py.
+#[test]
+fn a_rod_that_touches_a_wall_is_written() {
+    let given = data("rod_touch.json");
+    let told = ran(WALL_ELSEWHERE);
+    let contact = &told.summary["contact"];
+    for (kind, row) in ["touch", "release"]
+        .into_iter()
+        .zip(given["events"].as_array().expect("events"))
+    {
+        let events = of_kind(&told, kind);
+        assert_eq!((events.len(), &contact["rod_counts"][kind]), (1, &1.into()));
+        near(number(events[0], "t"), 1e3 * number(row, "t"), 1e-8);
+        near(number(events[0], "s"), 100.0 * number(row, "s"), 1e-8);
+        near(events[0]["place"][0].as_f64().expect("x"), 0.0, 1e-9);
+        near(events[0]["normal"][0].as_f64().expect("nx"), 1.0, 1e-12);
+        assert_eq!(
+            (&events[0]["a"], &events[0]["b"]),
+            (&"rod".into(), &"wall".into())
+        );
+    }
+    let end = &given["end"]["state"];
+    let last = |column: &str| {
+        *reals(&told.tables, "trajectory", column)
+            .last()
+            .expect("rows")
+    };
+    near(last("y") - 20.0, 100.0 * end[0].as_f64().expect("x"), 1e-9);
+    near(10.0 - last("x"), 100.0 * end[1].as_f64().expect("y"), 1e-9);
+    let times = reals(&told.tables, "contacts", "t");
+    let [touch, release] = [0, 1].map(|k| 1e3 * number(&given["events"][k], "t"));
+    assert!(times.iter().all(|t| touch <= *t && *t <= release) && times.len() > 40);
+    let forces = reals(&told.tables, "contacts", "normal");
+    assert!(forces.iter().all(|force| *force > 0.0));
+    let total = reals(&told.tables, "trajectory", "total");
+    near(total[0], total[total.len() - 1], 1e-10);
+}
+
 /// Catches a resolved scene that is another one.
 #[test]
 fn scenes_with_obstacles_are_written_and_read_again() {
@@ -202,7 +265,6 @@ fn faults_of_obstacles_have_words() {
             "obstacle[0]={ name = \"floor\" }",
             "one of plane, disc, segment and polygon",
         ),
-        ("obstacle[0].motion={ turn = { rate = 1.0 } }", "turn"),
         ("contact.law=\"hertz\"", "stronge"),
         ("contact.settle_speed=0.0", "must be a finite number > 0"),
         ("body.shape=\"cube\"", "ball = 0.04"),

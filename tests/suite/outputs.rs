@@ -5,7 +5,7 @@ use crate::program::Place;
 use serde_json::Value;
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
-use snaprod::study::{Silent, Table, all_equilibria, branch, dispatch, memory, modes};
+use snaprod::study::{Silent, Table, all_equilibria, branch, dispatch, memory, modes, wall};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Scenes of motion with overrides that shorten them; together they have every kind of table and event.
@@ -32,6 +32,7 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
         "bounce_on_floor",
         &[("tolerance = 1e-13", "[contact]\nfriction = 0.15")],
     ),
+    ("strip_at_wall", &[]),
     ("bounce", &[("duration = 20.0", "duration = 2.0")]),
     ("viscous", &[("duration = 3.0", "duration = 0.2")]),
     ("heavy_snap", &[("duration = 0.2", "duration = 0.06")]),
@@ -106,7 +107,7 @@ fn paths(names: &mut BTreeSet<String>, path: &str, value: &Value) {
         Value::Object(map) => {
             for (key, value) in map {
                 let key = match path.rsplit('.').next() {
-                    Some("bodies" | "counts" | "free_ends" | "rods") => "NAME",
+                    Some("bodies" | "counts" | "free_ends" | "rod_counts" | "rods") => "NAME",
                     _ => key,
                 };
                 let path = match path {
@@ -153,6 +154,7 @@ fn written() -> Names {
         };
         for table in &tables {
             let file = table.name.split('-').next().unwrap_or_default();
+            let kind = if file == "contacts" { "a run" } else { kind };
             columns(&mut names, &format!("{file}.csv, {kind}"), table);
         }
         let mut summary = found.summary;
@@ -164,7 +166,7 @@ fn written() -> Names {
         paths(names.entry(summaries.to_owned()).or_default(), "", &summary);
         for event in &found.events {
             let kind = match event["kind"].as_str().unwrap() {
-                "accumulation" | "slip" | "stick" | "reverse" | "release" => "contact",
+                "accumulation" | "slip" | "stick" | "reverse" | "release" | "touch" => "contact",
                 kind => kind,
             };
             let kind = format!("events.json, {kind}");
@@ -184,6 +186,42 @@ fn written() -> Names {
         let file = format!("equilibrium.json, {kind}");
         paths(names.entry(file).or_default(), "", &summary);
     }
+    for (name, kind) in [
+        ("latex_tube", "a tube"),
+        ("balloon", "a membrane"),
+        ("membrane_disc", "a membrane"),
+    ] {
+        let scene = scene(name, &[]);
+        let record = wall::equilibrium(&scene).unwrap();
+        columns(&mut names, &format!("shape.csv, {kind}"), &record.shape);
+        let file = format!("equilibrium.json, {kind}");
+        paths(names.entry(file).or_default(), "", &record.summary);
+        let record = wall::branch(&scene).unwrap();
+        columns(&mut names, &format!("branch.csv, {kind}"), &record.points);
+        // An empty list has no keys.
+        if !record.specials.is_empty() {
+            let file = "special_points.json, tubes and membranes".to_owned();
+            paths(names.entry(file).or_default(), "", &record.summary());
+        }
+    }
+    let pulled = Scene::parse(
+        r#"
+[[rod]]
+name = "a"
+model = "cosserat"
+length = 1.0
+section = { bending = [1.0, 1.2], torsion = 0.8 }
+tendon = [{ offset = [0.1, 0.02], tension = 3.0 }]
+from = { position = [0.0, 0.0, 0.0] }
+to = { body = "m" }
+[[body]]
+name = "m"
+force = [0.0, 0.3, -0.2]
+"#,
+    );
+    let (summary, _) = dispatch::rest(&pulled.unwrap()).unwrap();
+    let file = "equilibrium.json, several rods and bodies".to_owned();
+    paths(names.entry(file).or_default(), "", &summary);
     let joint = [(
         "joint = \"hinge\", axis = [0.0, 1.0, 0.0]",
         "joint = \"universal\", axis = [0.0, 1.0, 0.0], second_axis = [1.0, 0.0, 0.0], slide = [0.0, 0.0, 1.0]",

@@ -2,8 +2,9 @@
 
 use serde_json::Value;
 use std::fs;
+use std::io::Write;
 use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// A directory of one test, removed at the end.
 pub struct Place(pub PathBuf);
@@ -31,6 +32,22 @@ impl Place {
 
     pub fn run(&self, arguments: &[&str]) -> Answer {
         Answer::of(self.command(arguments).output().unwrap())
+    }
+
+    /// Runs the program with `text` on its standard input.
+    pub fn run_with_input(&self, arguments: &[&str], text: &str) -> Answer {
+        let mut command = self.command(arguments);
+        command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        let mut child = command.spawn().expect("the program");
+        let mut input = child.stdin.take().expect("its standard input");
+        input
+            .write_all(text.as_bytes())
+            .expect("a program that reads");
+        drop(input);
+        Answer::of(child.wait_with_output().expect("its answer"))
     }
 
     /// Writes `text` as scene.toml and runs it into out/.

@@ -88,6 +88,8 @@ fn scenes_fit_the_schema() {
         let scene: Value = toml::from_str(&text).unwrap();
         assert_eq!(misfit(&schema, &scene), None, "{}", path.display());
         let typing = text.replacen("\nmodel =", "\nmodell =", 1);
+        let typing = typing.replacen("\nradius =", "\nradiuss =", 1);
+        let typing = typing.replacen("\nmass =", "\nmas =", 1);
         let scene: Value = toml::from_str(&typing).unwrap();
         assert!(misfit(&schema, &scene).is_some(), "{}", path.display());
         seen += 1;

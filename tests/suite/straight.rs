@@ -99,7 +99,7 @@ const INDEPENDENT: [([f64; 2], f64, [f64; 4]); 4] = [
 fn a_straight_rod_let_go_moves_as_an_independent_integration_has_it() {
     for (force, across, expected) in INDEPENDENT {
         let (samples, ledger) = let_go(&loaded(force), across, 1e-12, &[1.0]);
-        let end = samples[0];
+        let end = &samples[0];
         let state = [end.pose[0], end.pose[1], end.phase.v[0], end.phase.v[1]];
         for (a, b) in state.iter().zip(expected) {
             assert!((a - b).abs() < 2e-8, "{force:?}, {across}: {state:?}");

@@ -288,7 +288,7 @@ fn start(second: bool) -> (Assembly, Configuration) {
     (Assembly::new(carriers, links).expect("an assembly"), now)
 }
 
-fn kicked(method: Method, duration: f64, tolerance: f64) -> AssemblyRun {
+fn kicked(method: Method, duration: f64, tolerance: f64) -> AssemblyRun<'static> {
     let (assembly, start) = start(false);
     AssemblyRun::new(assembly, &start, options(duration, tolerance, method)).expect("a run")
 }

@@ -9,6 +9,7 @@ use super::planar::Plane;
 use super::problem::Problem;
 use super::solution_path::{ChosenPath, Path, ProblemChart};
 use super::starts::PathStart;
+use super::taut::TAUT;
 use crate::elastica::equilibria_at;
 use crate::error::Result;
 use crate::math::se3::{halves, join};
@@ -77,20 +78,23 @@ pub enum Finding {
 }
 
 /// One of all equilibria of a problem.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ListedEquilibrium {
     /// The equilibrium.
     pub equilibrium: Equilibrium,
+    /// The problem; shooting from its base wrench gives this equilibrium, also of a taut rod.
+    pub problem: Problem,
     /// The search that found the equilibrium.
     pub finding: Finding,
-    /// Index among variations within the plane of the data; `None` out of the plane, or without one.
+    /// Index among variations within the plane of the data; `None` out of the plane, or without one, and for a taut rod
+    /// that is unstable.
     pub index_in_plane: Option<usize>,
     /// True if neighbours in a continuous family are equilibria, too: a motion that costs nothing.
     pub neutral: bool,
 }
 
 /// All equilibria of a problem that a search found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct AllEquilibria {
     /// The equilibria, in the order of their discovery.
     pub found: Vec<ListedEquilibrium>,
@@ -192,21 +196,41 @@ impl Problem {
 }
 
 impl Problem {
-    /// All equilibria that starts, closed form, deflation and symmetries find. The closed form of the elastica leaves
-    /// none out of its plane below `lambda_max`. `interrupted` is asked between the searches.
+    /// All equilibria that starts, closed form, deflation and symmetries find, with the one near `guess`. The closed
+    /// form of the elastica leaves none out of its plane below `lambda_max`. A rod with a load along it also falls from
+    /// tilts every way. Where it is so heavy that its base wrench tells nothing of its end, these falls are the whole
+    /// search. `interrupted` is asked between the searches.
     ///
     /// # Errors
     /// No equilibrium found, as [`Problem::solve`].
     pub fn all_equilibria(
         &self,
+        guess: Option<&Wrench>,
         lambda_max: f64,
         interrupted: &mut dyn FnMut() -> bool,
     ) -> Result<AllEquilibria> {
         let solution = self.solve(None);
         let mut all: Vec<(Wrench, Finding)> = Vec::new();
-        if let Ok(found) = &solution {
-            all.push((self.rod.inward(&found.base), Finding::Solution));
+        let mut direct = Vec::new();
+        let answers = std::iter::once((self.clone(), solution.clone()));
+        let near_guess = guess.map(|base| {
+            let there = self.clone();
+            let found = there.solve(Some(base));
+            (there, found)
+        });
+        for (problem, answer) in answers.chain(near_guess) {
+            let Ok(found) = answer else {
+                continue;
+            };
+            let b = self.rod.inward(&found.base);
+            if !all.iter().any(|(known, _)| is_same(known, &b)) {
+                all.push((b, Finding::Solution));
+                direct.push((problem, found, Finding::Solution));
+            }
         }
+        let heavy = solution
+            .as_ref()
+            .is_ok_and(|found| self.outweighs_base(&found.base));
         let mut complete_below = None;
         let charted = self.choose_chart(None).map(|(chart, _)| chart);
         let plane = match charted {
@@ -218,7 +242,17 @@ impl Problem {
             _ => None,
         };
         let taken = ChosenPath::new(Path::Spatial, "all equilibria are looked for".to_owned());
+        if !interrupted() {
+            for (problem, found) in self.fallen_every_way(plane.as_ref()) {
+                let b = self.rod.inward(&found.base);
+                if !all.iter().any(|(known, _)| is_same(known, &b)) {
+                    all.push((b, Finding::Start));
+                    direct.push((problem, found, Finding::Start));
+                }
+            }
+        }
         if let Some(plane) = &plane
+            && !heavy
             && !interrupted()
         {
             let mut wrenches: Vec<Wrench> = all.iter().map(|(b, _)| *b).collect();
@@ -231,13 +265,13 @@ impl Problem {
                 self.add_images(Some(plane), &mut all);
             }
         }
-        if !interrupted() {
+        if !heavy && !interrupted() {
             let mut wrenches: Vec<Wrench> = all.iter().map(|(b, _)| *b).collect();
             self.gather(&Spatial, &mut self.starts(), &taken, &mut wrenches);
             note(&mut all, wrenches, Finding::Start);
             self.add_images(plane.as_ref(), &mut all);
         }
-        if !interrupted() {
+        if !heavy && !interrupted() {
             let mut wrenches: Vec<Wrench> = all.iter().map(|(b, _)| *b).collect();
             self.deflate(&mut wrenches);
             note(&mut all, wrenches, Finding::Deflation);
@@ -249,7 +283,15 @@ impl Problem {
         all.retain(|(b, finding)| b.norm() <= largest || *finding == Finding::ClosedForm);
         let mut found: Vec<ListedEquilibrium> = Vec::new();
         for (b, finding) in all {
-            let Ok(listed) = self.listed(&b, finding, plane.as_ref()) else {
+            let own = |found: &Equilibrium| is_same(&self.rod.inward(&found.base), &b);
+            let listed = match direct.iter().position(|(_, found, _)| own(found)) {
+                Some(k) => {
+                    let (problem, found, finding) = direct.swap_remove(k);
+                    self.described_in_list(found, problem, finding, plane.as_ref())
+                }
+                None => self.listed(&b, finding, plane.as_ref()),
+            };
+            let Ok(listed) = listed else {
                 continue;
             };
             // Of a continuous family one member is listed.
@@ -409,15 +451,45 @@ impl Problem {
             }
             Err(_) => self.solve(Some(&self.rod.outward_wrench(b)))?,
         };
+        self.described_in_list(equilibrium, self.clone(), finding, plane)
+    }
+
+    /// A found equilibrium with what the list says of it. The base wrench of a taut rod tells nothing of the end: there
+    /// the symmetry of the data alone tells of a neutral motion.
+    fn described_in_list(
+        &self,
+        equilibrium: Equilibrium,
+        problem: Self,
+        finding: Finding,
+        plane: Option<&Plane>,
+    ) -> Result<ListedEquilibrium> {
         let b = self.rod.inward(&equilibrium.base);
-        let values = self.equations(&self.trial(&b)?).1.singular_values();
         let flat = plane.filter(|plane| plane.in_plane_part(&b).1);
+        let taut = self.is_taut(&equilibrium.base, &equilibrium.end);
+        let index_in_plane = if taut {
+            flat.and((equilibrium.index == 0).then_some(0))
+        } else {
+            flat.and_then(|plane| self.index_in_plane(plane, &b))
+        };
+        let neutral = if taut {
+            !self.zero_modes(&equilibrium.base).is_empty()
+        } else {
+            let values = self.equations(&self.trial(&b)?).1.singular_values();
+            values.min() <= NEUTRAL * values.max()
+        };
         Ok(ListedEquilibrium {
-            index_in_plane: flat.and_then(|plane| self.index_in_plane(plane, &b)),
-            neutral: values.min() <= NEUTRAL * values.max(),
+            index_in_plane,
+            neutral,
             finding,
             equilibrium,
+            problem,
         })
+    }
+
+    /// True if a load along the rod makes the rod so taut that shooting from the base is useless.
+    fn outweighs_base(&self, base: &Wrench) -> bool {
+        let (_, n) = halves(&self.rod.inward(base));
+        self.weight.is_some() && self.may_be_taut() && self.lam(&n) > TAUT
     }
 }
 

@@ -5,6 +5,7 @@ use super::chart::{Chart, Spatial};
 use super::ivp::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
+use crate::solve::difference_step::derivative;
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DVector, Vector2, Vector3};
 use std::sync::OnceLock;
@@ -23,11 +24,6 @@ pub struct RodFamily<P, C = Spatial> {
     /// Direction of the pointer of a free turn where the turn was first met: the phase of the whole branch.
     pointer: OnceLock<Vector2<f64>>,
 }
-
-/// Change of the equations over a step of a difference beyond which the step is shortened, and the shortest step over
-/// the first.
-const CHANGE: f64 = 0.01;
-const SHORTEST: f64 = 1e-3;
 
 /// A point of a branch of equilibria.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,28 +94,6 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
     {
         Ok(self.chart.working(&(self.problem)(p)?, end))
     }
-
-    /// Derivative by p: a central difference, one-sided if one side is out of reach. A change at the clamp of a
-    /// long rod grows as exp(lam): the step is shortened if the value changes much over it.
-    fn difference(
-        &self,
-        p: f64,
-        at: impl Fn(&Problem) -> Result<DVector<f64>>,
-    ) -> Result<DVector<f64>> {
-        let at = |p: f64| at(&(self.problem)(p)?);
-        let over = |h: f64| match (at(p + h), at(p - h)) {
-            (Ok(after), Ok(before)) => Ok((after - before) / (2.0 * h)),
-            (Ok(after), Err(_)) => Ok((after - at(p)?) / h),
-            (Err(_), Ok(before)) => Ok((at(p)? - before) / h),
-            (Err(why), Err(_)) => Err(why),
-        };
-        let rough = over(self.step)?;
-        let part = CHANGE / (rough.norm() * self.step);
-        if part < 1.0 {
-            return over(self.step * part.max(SHORTEST));
-        }
-        Ok(rough)
-    }
 }
 
 impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
@@ -138,14 +112,14 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
             let first = self.pointer.get_or_init(|| now);
             phase.hold(first, &mut residual, &mut jacobian);
         }
-        let slope = if self.changes_rod {
-            self.difference(p, |problem| {
-                Ok(chart.residual(problem, &chart.bare_trial(problem, x)?))
-            })?
-        } else {
+        let slope = derivative(p, self.step, chart.change(), |p| {
+            let problem = (self.problem)(p)?;
+            if self.changes_rod {
+                return Ok(chart.residual(&problem, &chart.bare_trial(&problem, x)?));
+            }
             // The parameter changes the end condition alone: the rod is integrated once for both differences.
-            self.difference(p, |problem| Ok(chart.residual(problem, &trial)))?
-        };
+            Ok(chart.residual(&problem, &trial))
+        })?;
         Ok(Linearised {
             residual,
             jacobian,

@@ -37,6 +37,11 @@ pub trait Chart {
         Ok(None)
     }
 
+    /// Change of the equations over which a difference by a parameter is taken.
+    fn change(&self) -> f64 {
+        1e-2
+    }
+
     /// The base wrench, in the clamp's frame and the numerics' units.
     fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench>;
 

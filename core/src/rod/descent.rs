@@ -54,24 +54,37 @@ const DIFFERENCE: f64 = 1e-6;
 /// equilibria that are unstable by little.
 pub(super) const FALLS: [Lean; 2] = [
     Lean {
+        way: [0.0, 1.0],
         tilt: 1e-7,
         neutral: 1e-6,
     },
     Lean {
+        way: [0.0, 1.0],
         tilt: 1e-2,
         neutral: 1e-8,
     },
 ];
+/// Axes of the first tilt, in d1 and d2, from which all equilibria of a heavy rod are looked for.
+const WAYS: [[f64; 2]; 4] = [[0.0, 1.0], [0.0, -1.0], [1.0, 0.0], [-1.0, 0.0]];
 /// Least part of the predicted fall of energy that a step must reach.
 const ENOUGH: f64 = 1e-4;
 
 /// Start and end of a fall.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lean {
+    /// Axis of the first tilt, in d1 and d2; in a plane the sign of its sum is that of the turn about the normal.
+    way: [f64; 2],
     /// Tilt of the unloaded rod about generic axes.
     tilt: f64,
     /// Largest shift, over 1 + the force, at which an equilibrium counts as stable: neutral directions are allowed.
     neutral: f64,
+}
+
+impl Lean {
+    /// This fall, begun from tilts every way.
+    pub fn every_way(self) -> impl Iterator<Item = Self> {
+        WAYS.into_iter().map(move |way| Self { way, ..self })
+    }
 }
 
 /// Rotations of the nodes of a rod, and the strains v of its intervals.
@@ -322,10 +335,14 @@ impl ChainFall<'_> {
         }
         let last = fine.len() - 1;
         fine[last] = 1.0;
+        let [along, across] = self.lean.way;
         for (turn, s) in turns.iter_mut().zip(&fine) {
             let tilt = match self.normal {
-                Some(normal) => normal * TILT,
-                None => Vector3::from(GENERIC) * self.lean.tilt + Vector3::y() * TILT,
+                Some(normal) => normal * (TILT * (along + across)),
+                None => {
+                    let first = Vector3::new(along, across, 0.0) * TILT;
+                    Vector3::from(GENERIC) * self.lean.tilt + first
+                }
             };
             *turn = product(&exponential(&(tilt * *s)), turn);
         }

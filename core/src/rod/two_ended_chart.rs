@@ -410,6 +410,11 @@ impl Chart for BothEnds {
         self.plane.is_some()
     }
 
+    /// Farther away the rod may stand beside another spring, and has other equations.
+    fn change(&self) -> f64 {
+        1e-5
+    }
+
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
         self.evaluate(problem, x)
     }

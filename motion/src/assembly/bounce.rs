@@ -15,7 +15,7 @@ const THROWN: f64 = 0.5;
 /// Half-width of the difference that gives the deceleration at a turning point, as a part of the step.
 const BESIDE: f64 = 1e-3;
 
-impl AssemblyRun {
+impl AssemblyRun<'_> {
     /// After a step: keeps the state at its end if a rod is taut, and finds the bounces within the step.
     pub(super) fn look_back(&mut self, from: f64) {
         let mut links = self.assembly.links().iter();

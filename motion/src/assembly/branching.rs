@@ -31,7 +31,7 @@ pub(super) enum Crossing {
     AllRound,
 }
 
-impl AssemblyRun {
+impl AssemblyRun<'_> {
     /// The rods whose det J would vanish within `near` steps, at the rates of the last step from `before`.
     /// Rods without a push are added to `unpushed`.
     pub(super) fn falling(&mut self, before: &[RodMonitor], near: f64) -> Vec<usize> {

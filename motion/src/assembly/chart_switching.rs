@@ -7,7 +7,7 @@ use snaprod_systems::assembly::Assembly;
 use snaprod_systems::error::Result;
 use std::sync::Arc;
 
-impl AssemblyRun {
+impl AssemblyRun<'_> {
     /// Changes the kind of charts whose rods are pulled taut or let go; true if one changed. A rod whose
     /// other chart disagrees with the present state keeps its own.
     pub(super) fn update_charts(&mut self) -> bool {

@@ -12,13 +12,19 @@ use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::rod::{Fallen, Wrench};
 use snaprod_systems::solve::cost::Cost;
 
-impl<'a> Motion<'a> for AssemblyRun {
+impl<'a> Motion<'a> for AssemblyRun<'a> {
     fn advance(&mut self) -> Option<Event> {
         if self.stopped {
             return None;
         }
         if let Some(bounce) = self.bounces.pop_front() {
             return Some(Event::Bounce(bounce));
+        }
+        if let Some(happened) = self.contact_event() {
+            return Some(happened.unwrap_or_else(|why| {
+                let remedy = "change the obstacles, the start or the friction a little";
+                self.stuck(Cause::Failed(why), remedy)
+            }));
         }
         match self.pending.take() {
             None => {}
@@ -45,8 +51,8 @@ impl<'a> Motion<'a> for AssemblyRun {
         for (largest, rod) in self.largest.iter_mut().zip(&self.watch) {
             *largest = largest.max(rod.det.abs());
         }
-        let next = self.assembly.next_break(from);
-        let end = next.min(self.options.duration);
+        let next = self.next_break(from);
+        let end = next.min(self.end_of_step());
         let seen = self.look_until(next.next_down());
         let Some(progress) = seen.and_then(|()| self.advance_with_rods(end)) else {
             let cause = Cause::StepCollapsed {
@@ -59,6 +65,7 @@ impl<'a> Motion<'a> for AssemblyRun {
                  friction (damping)",
             ));
         };
+        self.keep_contacts();
         self.look_back(from);
         if let Some((link, gap, lambda)) = self.loose() {
             let which = self.assembly.rod_name(link);

@@ -32,7 +32,7 @@ pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
     }
 }
 
-impl AssemblyRun {
+impl AssemblyRun<'_> {
     /// Feels the mass of every rod that can be followed, from now on. The kinetic energy of a rod is booked
     /// as lost to its vibrations where its mass ceases to act, and as regained where its mass acts again.
     pub(super) fn weigh(&mut self) -> Option<()> {

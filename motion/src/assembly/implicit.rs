@@ -351,11 +351,13 @@ fn error(
     if error.is_nan() { f64::INFINITY } else { error }
 }
 
-impl AssemblyRun {
-    /// True if the next step is to be implicit, also as a trial.
+impl AssemblyRun<'_> {
+    /// True if the next step is to be implicit, also as a trial. Among obstacles steps are explicit: an implicit step
+    /// that ends at an event is a part of its polynomial, in which charts and poses drift apart.
     pub(super) fn is_implicit(&self) -> bool {
         let state = &self.implicit;
-        state.allowed && (state.on || state.votes >= state.patience)
+        let wanted = state.on || state.votes >= state.patience;
+        state.allowed && wanted && self.among().is_none()
     }
 
     /// Counts the votes of an explicit step for implicit ones, with time at the `rate`: more if stability

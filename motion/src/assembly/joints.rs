@@ -48,14 +48,14 @@ pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
 
 /// Method of the steps: explicit with joints.
 pub(super) fn method(assembly: &Assembly, asked: Method) -> Method {
-    if assembly.has_joints() {
+    if assembly.has_joints() || assembly.links().is_empty() {
         Method::Explicit
     } else {
         asked
     }
 }
 
-impl AssemblyRun {
+impl AssemblyRun<'_> {
     /// At the fold of a rod with joints: continues from its landing, with the carriers of the joints held.
     pub(super) fn snap_with_joints(
         &mut self,

@@ -1,5 +1,6 @@
 //! Samples of the state of an assembly.
 
+use crate::contact::ContactSample;
 use crate::ledger::Ledger;
 use crate::state::{RodCurve, SectionState, State};
 use nalgebra::{Isometry3, Vector3, Vector6};
@@ -24,6 +25,8 @@ pub struct AssemblySample {
     pub ledger: Ledger,
     /// Morse index of every rod with its ends held.
     pub indices: Vec<usize>,
+    /// Contacts with obstacles; None without obstacles.
+    pub contact: Option<ContactSample>,
 }
 
 impl AssemblySample {
@@ -49,6 +52,7 @@ impl AssemblySample {
             at,
             ledger,
             indices: indices.to_vec(),
+            contact: None,
         }
     }
 
@@ -85,21 +89,33 @@ impl AssemblySample {
     }
 }
 
-/// Quantities of one rod are those of the first rod.
+/// Quantities of one rod are those of the first rod, or without rods those of the first body.
 impl State for AssemblySample {
     fn time(&self) -> f64 {
         self.at.integrals.time
     }
 
     fn pose(&self) -> Isometry3<f64> {
-        self.at.points[0].end.pose
+        match (self.at.points.first(), self.at.now.bodies.first()) {
+            (Some(point), _) => point.end.pose,
+            (None, Some(body)) => body.pose,
+            (None, None) => Isometry3::identity(),
+        }
     }
 
     fn twist(&self) -> Vector6<f64> {
-        self.at.points[0].end_twist(&self.assembly.links()[0])
+        let rod = self.at.points.first().zip(self.assembly.links().first());
+        match (rod, self.at.now.bodies.first()) {
+            (Some((point, link)), _) => point.end_twist(link),
+            (None, Some(body)) => body.twist,
+            (None, None) => Vector6::zeros(),
+        }
     }
 
     fn action(&self) -> Vector6<f64> {
+        if self.at.points.is_empty() {
+            return Vector6::zeros();
+        }
         self.assembly.end_action(0, &self.at, SHAPE)
     }
 
@@ -109,6 +125,10 @@ impl State for AssemblySample {
 
     fn ledger(&self) -> Ledger {
         self.ledger
+    }
+
+    fn contact(&self) -> Option<&ContactSample> {
+        self.contact.as_ref()
     }
 
     fn index(&self) -> Option<usize> {

@@ -45,14 +45,17 @@ pub(super) enum StepProgress {
     End(Outcome),
 }
 
-impl AssemblyRun {
+impl<'a> AssemblyRun<'a> {
     /// Takes one step of at most `h_max`; it is kept for interpolation.
     fn take_step(&mut self, h_max: f64) -> Option<AcceptedStep<StateVector>> {
         let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed.as_ref());
+        let held = self.held_contacts();
         let (watch, until) = (&mut self.watch, self.until);
         let f = |y: &StateVector, out: &mut StateVector| {
             let y = y.seen(until);
-            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, sight| watch[k] = sight)
+            let reactions = held.as_ref().map(|held| held as _);
+            let see = |k: usize, sight| watch[k] = sight;
+            assembly.write_slope_under(reactions, &y.0, slowed, along, &mut out.0, see)
         };
         self.dense = None;
         self.taken_by = (self.assembly.clone(), self.slowed.clone());
@@ -74,12 +77,13 @@ impl AssemblyRun {
     fn see(&mut self) -> Option<()> {
         let state = self.solver.state().clone();
         let mut slope = state.clone();
+        let held = self.held_contacts();
         let (slowed, along, watch) = (self.slowed.as_ref(), self.along(), &mut self.watch);
         let seen = state.seen(self.until);
+        let reactions = held.as_ref().map(|held| held as _);
+        let see = |k: usize, sight| watch[k] = sight;
         self.assembly
-            .write_slope(&seen.0, slowed, along, &mut slope.0, |k, sight| {
-                watch[k] = sight
-            })?;
+            .write_slope_under(reactions, &seen.0, slowed, along, &mut slope.0, see)?;
         self.extra.evaluations += 1;
         self.solver.rewind(state, slope);
         Some(())
@@ -353,7 +357,24 @@ impl AssemblyRun {
         if let Some(None) = knot {
             return knot;
         }
-        self.touch(step).or(knot)
+        let ended = self.touch(step).or(knot);
+        if let Some(None) = ended {
+            return ended;
+        }
+        self.hit(step).or(ended)
+    }
+
+    /// Shortens the step to the first event of a contact with an obstacle, or to the first touch of a rod.
+    fn hit(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<StepProgress>> {
+        self.among()?;
+        let found = self.contact_in_step(step);
+        if let Some(None) = found {
+            return Some(None);
+        }
+        match self.rod_touch(step) {
+            Some(touch) => Some(touch.map(StepProgress::End)),
+            None => found.map(|_| Some(StepProgress::Moved)),
+        }
     }
 
     /// Shortens the step to the first contact of rods.
@@ -513,12 +534,13 @@ impl AssemblyRun {
     }
 
     /// The right-hand side of the last step.
-    pub(super) fn right_hand_side(&self) -> impl Fn(&StateVector) -> Option<StateVector> + use<> {
+    pub(super) fn right_hand_side(&self) -> impl Fn(&StateVector) -> Option<StateVector> + use<'a> {
         let ((assembly, slowed), along) = (self.taken_by.clone(), self.along());
-        let until = self.until;
+        let (until, held) = (self.until, self.held_contacts());
         move |y: &StateVector| {
             let mut out = y.clone();
-            assembly.write_slope(
+            assembly.write_slope_under(
+                held.as_ref().map(|held| held as _),
                 &y.seen(until).0,
                 slowed.as_ref(),
                 along,

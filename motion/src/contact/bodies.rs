@@ -1,12 +1,18 @@
 //! Bodies with shapes, obstacles, and the properties of their surfaces, as data.
 
+use super::sheet_list::SheetList;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod_systems::body::Mass;
 use snaprod_systems::contact::{
-    ContactPair, MovingObstacle, PlacedShape, RigidMotion, SurfacePair,
+    ContactPair, Gap, MovingObstacle, PlacedShape, RigidMotion, SurfacePair,
 };
 use snaprod_systems::error::{Error, Result};
 use std::sync::Arc;
+
+/// Depth beyond which an obstacle is over the base of a rod.
+const OVER: f64 = 1e-9;
+/// Times at which moving obstacles are looked for at the bases of rods.
+const LOOKS: u32 = 1000;
 
 /// The partner in a contact of a body. Bodies and obstacles are numbered in the order in which they were added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -56,9 +62,13 @@ pub struct Bodies {
     pub(super) forces: Option<Forces>,
     /// Pairs without a closed form of the contact, as far as the user has not left them out.
     refused: Vec<(usize, Partner, Error)>,
+    /// Rods that pass through obstacles, both by number.
+    rods_apart: Vec<(usize, usize)>,
     default: SurfacePair,
     names: Vec<String>,
     obstacle_names: Vec<String>,
+    /// Sheets of a rod that touches the obstacles, made in runs.
+    pub(crate) sheets: SheetList,
 }
 
 impl Bodies {
@@ -70,9 +80,11 @@ impl Bodies {
             candidates: Vec::new(),
             forces: None,
             refused: Vec::new(),
+            rods_apart: Vec::new(),
             default: surface,
             names: Vec::new(),
             obstacle_names: Vec::new(),
+            sheets: SheetList::default(),
         }
     }
 
@@ -129,6 +141,15 @@ impl Bodies {
         }
     }
 
+    /// The coefficient of friction of the bodies with an obstacle; the largest, if there are several.
+    pub(crate) fn friction_of(&self, obstacle: usize) -> f64 {
+        let own = |candidate: &&Candidate| candidate.id.partner == Partner::Obstacle(obstacle);
+        let frictions = self.candidates.iter().filter(own);
+        frictions.fold(0.0, |most, candidate| {
+            candidate.surface.friction().max(most)
+        })
+    }
+
     /// True if two pairs are the same, in either order of two bodies.
     fn is_same(one: (usize, Partner), other: (usize, Partner)) -> bool {
         let turned = match other {
@@ -182,6 +203,54 @@ impl Bodies {
         (self.candidates).retain(|c| !Self::is_same((c.id.body, c.id.partner), pair));
         (self.refused).retain(|(body, partner, _)| !Self::is_same((*body, *partner), pair));
         Ok(())
+    }
+
+    /// Lets a rod, by its number in an assembly, pass through an obstacle.
+    pub fn leave_out_rod(&mut self, rod: usize, obstacle: usize) {
+        self.rods_apart.push((rod, obstacle));
+    }
+
+    /// The distances of a rod from the obstacles that the rod touches, at time `t`: the number of each obstacle, with
+    /// the gap as a function of a place in the world.
+    pub(crate) fn gaps_of_rod(
+        &self,
+        rod: usize,
+        t: f64,
+    ) -> impl Iterator<Item = (usize, impl Fn(&Vector3<f64>) -> Gap + '_)> + '_ {
+        let all = self.obstacles.iter().enumerate();
+        let touched = all.filter(move |(k, _)| !self.rods_apart.contains(&(rod, *k)));
+        touched.map(move |(k, obstacle)| {
+            let frame = obstacle.motion(t).0;
+            let gap = move |x: &Vector3<f64>| {
+                let gap = obstacle.obstacle().gap(&frame.seen(x));
+                Gap {
+                    normal: frame.pose.rotation * gap.normal,
+                    ..gap
+                }
+            };
+            (k, gap)
+        })
+    }
+
+    /// The first of many times up to `duration` at which an obstacle has moved over the base of a rod, which is outside
+    /// of the obstacle at the start: the number of the obstacle, and the time.
+    pub fn moves_over(
+        &self,
+        rod: usize,
+        base: &Vector3<f64>,
+        duration: f64,
+    ) -> Option<(usize, f64)> {
+        let inside = |t: f64, number: usize| {
+            let mut gaps = self.gaps_of_rod(rod, t);
+            gaps.any(|(k, gap)| k == number && gap(base).value < -OVER)
+        };
+        let moving =
+            (0..self.obstacles.len()).filter(|k| self.obstacles[*k].moves() && !inside(0.0, *k));
+        let first = moving.filter_map(|k| {
+            let mut times = (1..=LOOKS).map(|i| duration * f64::from(i) / f64::from(LOOKS));
+            times.find(|t| inside(*t, k)).map(|t| (k, t))
+        });
+        first.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The name of a body in messages.

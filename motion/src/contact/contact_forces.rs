@@ -293,9 +293,8 @@ impl<'a> Moment<'a> {
         }
     }
 
-    /// Changes of the bodies' twists by impulses at contacts, or of their accelerations by forces.
-    pub fn changes(&mut self, rows: &[ContactRow], forces: &DVector<f64>) -> Vec<Vector6<f64>> {
-        self.fill_inverses();
+    /// Wrenches (couple, force) of contact forces at the reference points of the bodies, in the world.
+    fn wrenches(&self, rows: &[ContactRow], forces: &DVector<f64>) -> Vec<Vector6<f64>> {
         let mut wrenches = vec![Vector6::zeros(); self.motions.len()];
         for (i, row) in rows.iter().enumerate() {
             let force: Vector3<f64> = forces.fixed_rows::<3>(3 * i).into_owned();
@@ -303,6 +302,13 @@ impl<'a> Moment<'a> {
                 wrenches[part.body] += part.rows.tr_mul(&force) * part.sign;
             }
         }
+        wrenches
+    }
+
+    /// Changes of the bodies' twists by impulses at contacts, or of their accelerations by forces.
+    pub fn changes(&mut self, rows: &[ContactRow], forces: &DVector<f64>) -> Vec<Vector6<f64>> {
+        self.fill_inverses();
+        let wrenches = self.wrenches(rows, forces);
         let each = self.inverses.iter().zip(&wrenches);
         each.map(|(inverse, wrench)| inverse * wrench).collect()
     }
@@ -363,6 +369,7 @@ impl<'a> Moment<'a> {
     pub fn act(&mut self, closed: &[Closed]) -> Option<ContactAction> {
         let mut action = ContactAction {
             accelerations: vec![Vector6::zeros(); self.motions.len()],
+            wrenches: vec![Vector6::zeros(); self.motions.len()],
             loss: 0.0,
             work: 0.0,
         };
@@ -377,6 +384,7 @@ impl<'a> Moment<'a> {
             action.work += (row.axes * force).dot(&self.obstacle_velocity(row));
         }
         action.accelerations = self.changes(&rows, &solution.forces);
+        action.wrenches = self.wrenches(&rows, &solution.forces);
         Some(action)
     }
 }
@@ -385,6 +393,8 @@ impl<'a> Moment<'a> {
 pub(crate) struct ContactAction {
     /// Accelerations of the bodies by the contact forces.
     pub accelerations: Vec<Vector6<f64>>,
+    /// Wrenches (couple, force) at the reference points of the bodies, in the world.
+    pub wrenches: Vec<Vector6<f64>>,
     /// Power lost to friction.
     pub loss: f64,
     /// Power of the obstacles on the bodies.

@@ -1,10 +1,10 @@
 //! Contacts of a state of a run: gaps, forces, and the losses and work up to the state.
 
 use super::contact_set::ContactNow;
-use snaprod_systems::contact::MAX_AT_ONCE;
+use super::rod_contact::RodContactNow;
 
 /// The contacts of a state of a run, and the energies that they have taken and given up to then.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactSample {
     /// Energy lost in impacts, a part of the dissipated energy.
     pub impact_lost: f64,
@@ -15,14 +15,9 @@ pub struct ContactSample {
     /// The least gap of all possible contacts; infinite without any.
     pub least_gap: f64,
     /// The contacts that carry forces.
-    pub contacts: [Option<ContactNow>; MAX_AT_ONCE],
-}
-
-impl ContactSample {
-    /// The contacts that carry forces.
-    pub fn list(&self) -> impl Iterator<Item = &ContactNow> {
-        self.contacts.iter().flatten()
-    }
+    pub contacts: Vec<ContactNow>,
+    /// The places at which rods touch obstacles.
+    pub rods: Vec<RodContactNow>,
 }
 
 /// A part of a sum that a motion integrates: the growth while contacts were closed.

@@ -59,6 +59,7 @@ const BELOW: f64 = 1e-13;
 pub(crate) const AT_START: f64 = 1e-15;
 
 /// The contacts of a motion in progress.
+#[derive(Clone)]
 pub(crate) struct ContactSet<'a> {
     pub system: &'a Bodies,
     /// Normal speed after an impact below which bounces are summed up.

@@ -42,6 +42,8 @@ mod contact_set;
 mod first_touch;
 mod impacts;
 mod rest;
+mod rod_contact;
+mod sheet_list;
 
 pub use bodies::{Bodies, ContactId, Forces, Partner};
 pub use body_ledger::BodyLedger;
@@ -50,6 +52,7 @@ pub use body_options::BodyOptions;
 pub use contact_event::{ContactChange, ContactEvent, ImpactRecord, RuleOfImpact};
 pub use contact_sample::ContactSample;
 pub use contact_set::ContactNow;
+pub use rod_contact::{RodContactChange, RodContactEvent, RodContactNow};
 
 pub(crate) use body_motion::AT_ONCE;
 pub(crate) use contact_dynamics::ContactDynamics;

@@ -13,7 +13,7 @@ use snaprod_systems::error::Result;
 pub(super) const STILL: f64 = 1e-3;
 /// Acceleration of a gap, relative to that without contact forces, above which an unloaded contact opens.
 const OPENS: f64 = 1e-9;
-/// Way beyond a sharp edge after which a point has left its face.
+/// Way beyond a sharp edge after which a point has left the face.
 const OFF_FACE: f64 = 1e-12;
 /// Gaps and normal velocities of closed contacts above which a state is corrected.
 const DRIFT: f64 = 1e-14;

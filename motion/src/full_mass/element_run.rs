@@ -49,6 +49,8 @@ const LOOKS: usize = 64;
 const HARDEST: f64 = 1e7;
 /// Largest give of a rigid strain, over the tolerance; a larger give ends the run.
 const GIVES_WAY: f64 = 10.0;
+/// Distance, over the tolerance, within which the equilibrium of the elements is taken for that of a settled start.
+const NEAR_REST: f64 = 30.0;
 /// Part of the accelerations out of a plane that ends a motion in the plane.
 const ASIDE: f64 = 1e-9;
 
@@ -131,10 +133,13 @@ impl ElementRun {
         };
         let at = strained.at(&strains).ok_or_else(outside)?;
         let bound = tail_bound(&options);
+        let strained_state = |model: &ElementAssembly| {
+            let rods = (0..model.rods()).map(|k| strained.motions_of(&at, k, model.places(k)));
+            model.state(&at.places(), &rods.collect::<Vec<_>>())
+        };
         let mut model = model;
         let (model, y) = loop {
-            let rods = (0..model.rods()).map(|k| strained.motions_of(&at, k, model.places(k)));
-            let y = model.state(&at.places(), &rods.collect::<Vec<_>>());
+            let y = strained_state(&model);
             let moment = model.moment(&y).ok_or_else(outside)?;
             match finer(&model, &model.tails(&moment), bound) {
                 Some(mesh) => model = ElementAssembly::new(given, mesh)?,
@@ -152,6 +157,24 @@ impl ElementRun {
             InPlane::Many => (model, true),
             InPlane::None => (model, false),
         };
+        let (mut model, mut y) = (model, y);
+        while start.settled && given.is_held() {
+            let like = |made: ElementAssembly| {
+                let held = made.with_hold(model.hold());
+                held.with_freedoms(model.freedoms())
+            };
+            let standing = ElementAssembly::new(&given.standing_at(0.0), model.mesh().clone())?;
+            let Some(rested) = like(standing).rested(&y, NEAR_REST * options.tolerance) else {
+                break;
+            };
+            let moment = model.moment(&rested).ok_or_else(outside)?;
+            let Some(mesh) = finer(&model, &model.tails(&moment), bound) else {
+                y = rested;
+                break;
+            };
+            model = like(ElementAssembly::new(given, mesh)?);
+            y = strained_state(&model);
+        }
         let model = Arc::new(model);
         let moment = model.moment(&y).ok_or_else(outside)?;
         let near = nearness(given, &model, &moment);
@@ -161,7 +184,8 @@ impl ElementRun {
         }
         let first = ElementSample::new(&model, moment.clone(), &y.as_slice()[model.time()..], 0.0);
         let local = LOCAL * (options.tolerance / 1e-3).powf(LOCAL_POWER);
-        let integrator = Self::integrator(&model, y, local, None).ok_or_else(outside)?;
+        let first_step = start.step_from_rest(&first.ledger(), &options);
+        let integrator = Self::integrator(&model, y, local, first_step).ok_or_else(outside)?;
         let total = first.ledger().total();
         Ok(Self {
             energy: total,

@@ -6,7 +6,7 @@ use super::start::{HeavyStart, split};
 use super::touch::{RodsInStep, crossing, first_contact};
 use crate::adaptive_nodes::AdaptiveNodes;
 use crate::groove_turning_points::{ON_END, turning_fraction};
-use crate::{Event, Motion, Options, Outcome, Resolution, StateRef, StateVariables};
+use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{Body, Contact, Nearness};
 use snaprod_systems::error::{Cause, Error, Result};
@@ -28,7 +28,7 @@ const FIRST: usize = 8;
 const FAR: f64 = 10.0;
 /// Number of steps in a row after which unneeded nodes are given up.
 const PATIENCE: u32 = 40;
-/// Largest drift of rod ends from their attachments, in tolerances, that is not corrected.
+/// Largest drift of rod ends from the attachments, in tolerances, that is left uncorrected.
 const DRIFTED: f64 = 0.1;
 /// A run of rods with mass in progress.
 pub struct HeavyRun {
@@ -63,6 +63,13 @@ impl HeavyRun {
                  implicit steps",
             ));
         }
+        let mut links = given.links.iter();
+        if links.any(|link| link.rod.given.has_point_loads()) {
+            return Err(Error::domain(
+                "a load at one place of a rod with mass needs elements: leave out rod.nodes, method and Maxwell branches, and give a run.tolerance of \
+                 1e-5 or more; or write a short part of the rod, from and to, with the load per length",
+            ));
+        }
         let (model, mut y, nodes) = resolved_start(given, start, &options)?;
         let model = Arc::new(model);
         System::settle(&*model, &mut y).ok_or_else(|| {
@@ -80,8 +87,13 @@ impl HeavyRun {
             return Err(contact.at_start(|rod| model.rod_name(rod)));
         }
         let tolerance = options.local_tolerance().max(FINEST);
-        let mut integrator = Integrator::new(&*model, y, tolerance, options.method, None)
+        let first_step = start.step_from_rest(&current.ledger(), &options);
+        let mut integrator = Integrator::new(&*model, y, tolerance, options.method, first_step)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
+        if first_step.is_some() {
+            // Explicit steps would follow the rounding of the slopes.
+            integrator.switch_to_implicit(&*model);
+        }
         // Factors are dense, and every sample computes some of its own.
         integrator.keep_order();
         Ok(Self {

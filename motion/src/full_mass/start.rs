@@ -1,5 +1,6 @@
 //! Initial states of rods with mass and their bodies.
 
+use crate::{Ledger, Options};
 use nalgebra::{DVector, UnitQuaternion, Vector3, Vector6};
 use snaprod_systems::assembly::BodyMotion;
 use snaprod_systems::error::{Error, Result};
@@ -72,7 +73,16 @@ pub(super) fn split(given: &HeavyAssembly, counts: &[usize]) -> Vec<Vec<usize>> 
     rods.collect()
 }
 
+/// First step of a settled start, over the duration. The slopes there are rounding, which asks for far shorter steps.
+const FROM_REST: f64 = 1e-2;
+
 impl HeavyStart<'_> {
+    /// The first step to try from a settled state with this ledger; None if something moves.
+    pub(super) fn step_from_rest(&self, ledger: &Ledger, options: &Options) -> Option<f64> {
+        let moves = ledger.kinetic + ledger.rod_kinetic;
+        (self.settled && moves == 0.0).then_some(FROM_REST * options.duration)
+    }
+
     /// The rods with `counts` nodes on the elements of all rods in a row, and their initial state.
     ///
     /// # Errors

@@ -5,10 +5,14 @@ use crate::contact::{
     AT_ONCE, AccelerationBound, Bodies, ContactSample, ContactSet, Found, PartOfSum,
 };
 use crate::locate::first_change;
+use crate::options::Options;
 use crate::sheet::{HeldContacts, LastStep, SheetBody, Struck};
-use snaprod_systems::error::{Error, Result};
+use snaprod_systems::body::PointMass;
+use snaprod_systems::error::{Error, Message, Quantity, Result};
 use snaprod_systems::manifold::Multivalued;
 use snaprod_systems::math::gauss::Rule;
+use snaprod_systems::rod::contact::Bound;
+use snaprod_systems::solve::cost::Cost;
 
 /// Obstacles of a run, with the bounds of its impacts.
 #[derive(Clone, Copy)]
@@ -23,33 +27,144 @@ pub struct AmongObstacles<'a> {
     pub rod_touches: bool,
 }
 
-/// A place of a rod that is near an obstacle.
+/// A bound of the equilibria of a rod among obstacles, at which their force on the body has a kink or ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RodBound {
+    /// The rod comes to touch an obstacle.
+    Touch,
+    /// A touch would have to pull: the rod leaves the obstacle.
+    Release,
+    /// The rod begins to lie along the obstacle.
+    Line,
+    /// A touch slides to an end of the rod.
+    End,
+    /// The rod comes to touch an obstacle where equilibria with the touch lie before the touch: a corner fold.
+    Corner,
+    /// A snap would lead through the obstacle, or end inside.
+    Landing,
+}
+
+impl RodBound {
+    /// A stable key of the event that ends a run: rod_touch, rod_release, rod_line, rod_end, rod_corner, rod_landing.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Touch => "rod_touch",
+            Self::Release => "rod_release",
+            Self::Line => "rod_line",
+            Self::End => "rod_end",
+            Self::Corner => "rod_corner",
+            Self::Landing => "rod_landing",
+        }
+    }
+
+    /// A verb for the rod and the obstacle at the bound.
+    pub fn verb(self) -> &'static str {
+        match self {
+            Self::Touch | Self::Corner => "touches",
+            Self::Release => "leaves",
+            Self::Line => "begins to lie along",
+            Self::End => "slides off",
+            Self::Landing => "would snap into",
+        }
+    }
+
+    /// Why a run ends at the bound, and what to do.
+    pub fn why(self) -> &'static str {
+        match self {
+            Self::Touch => {
+                "in motion a rod touches fixed obstacles without friction and without sharp edges, at four places at most; write rods = \"none\" \
+                 in [contact] to let rods pass through obstacles"
+            }
+            Self::Release => {
+                "the equilibrium without this touch was not found; change the start or the obstacles a little"
+            }
+            Self::Line => {
+                "in motion a rod touches obstacles at points; a smaller thrust, or a rounder obstacle, keeps the touch a point"
+            }
+            Self::End => {
+                "a touch that comes to an end of the rod is not followed; move the obstacle, or make the rod longer"
+            }
+            Self::Corner => {
+                "there the rod has no equilibrium to go on (a corner fold), and snaps against obstacles are not followed; move the obstacle"
+            }
+            Self::Landing => {
+                "snaps onto obstacles are not followed; move the obstacle, or write rods = \"none\" in [contact] to let rods pass through"
+            }
+        }
+    }
+}
+
+impl From<Bound> for RodBound {
+    fn from(bound: Bound) -> Self {
+        match bound {
+            Bound::Touch => Self::Touch,
+            Bound::Release => Self::Release,
+            Bound::Line => Self::Line,
+            Bound::End => Self::End,
+        }
+    }
+}
+
+/// A place of a rod that is near an obstacle, or touches one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RodTouch {
+    /// The bound that the place is near.
+    pub bound: RodBound,
     /// The rod, by its number in an assembly.
     pub rod: usize,
     /// The obstacle.
     pub obstacle: usize,
-    /// The arc length, in units of the rod's length.
+    /// The arc length, in units of the length of the motion.
     pub s: f64,
-    /// The distance there, in units of the rod's length.
+    /// The room up to the bound, in these units: a distance, a reaction or a curvature.
     pub gap: f64,
 }
 
-/// The least distance of the rod from the obstacles at a state. The flag asks for a lower bound alone, which is cheap.
+impl RodTouch {
+    /// True if the rod touches the obstacle.
+    pub(crate) fn is_one(&self) -> bool {
+        self.gap <= TOUCHES
+    }
+
+    /// The refusal of a start in which `rod` lies inside an obstacle.
+    pub(crate) fn at_start(&self, rod: &str, bodies: &Bodies) -> Error {
+        let told = Message::from(format!("{rod} starts "))
+            .size(-self.gap, Quantity::Length)
+            .words(format!(" inside {}, deepest at s = ", bodies.obstacle_name(self.obstacle)))
+            .number(self.s, Quantity::Length)
+            .words("; move the obstacle or the start, or write rods = \"none\" in [contact] to let rods pass through obstacles");
+        Error::domain(told)
+    }
+}
+
+/// The least room of the rod among the obstacles at a state. A lower bound by its reach is cheap.
 pub(super) type RodGap<'a, const N: usize> = Box<dyn Fn(&Phase<N>, GapBy) -> RodTouch + 'a>;
 
-/// The way in which a distance of the rod is found.
+/// The way in which the room of the rod is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GapBy {
     /// A lower bound by the reach of the rod.
     Reach,
-    /// The shape of the rod.
+    /// The shape of the rod, for all bounds.
     Shape,
+    /// The shape of the rod, for one bound with the obstacle of this number.
+    Bound(RodBound, usize),
 }
 
-/// Distance at which the rod touches an obstacle.
-const TOUCHES: f64 = -1e-9;
+impl GapBy {
+    /// True if a bound with an obstacle is looked at.
+    pub(super) fn looks_at(self, bound: RodBound, obstacle: usize) -> bool {
+        match self {
+            Self::Reach | Self::Shape => true,
+            Self::Bound(one, other) => one == bound && other == obstacle,
+        }
+    }
+}
+
+/// Room at which a bound is passed: negative beyond rounding.
+pub(super) const TOUCHES: f64 = -1e-9;
+/// Part of a step over which the rate of a room is taken.
+const BESIDE: f64 = 1e-4;
 /// Samples of a step in the search for touches of the rod.
 const PLACES: u32 = 8;
 /// Nodes of the integral of friction over a step, where the body has drag too.
@@ -73,6 +188,14 @@ pub(super) struct RunContacts<'a, const N: usize> {
     /// Time of the last event, and events at that time.
     at_once: (f64, u32),
     clearance: Clearance,
+}
+
+/// Contacts, sums and cost, handed from a run to the run on the next sheet.
+pub(super) struct HandedOver<'a, const N: usize> {
+    contacts: Option<RunContacts<'a, N>>,
+    snapped: f64,
+    snaps: u64,
+    past: Cost,
 }
 
 /// Distances from obstacles when they were last looked at, and the way of the body since: most steps need no more.
@@ -144,18 +267,55 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             .set
             .open(&self.struck_body(&contacts), &mut state)?;
         let start = contacts.rod.as_ref().map(|rod| rod(&phase, GapBy::Shape));
-        if let Some(touch) = start.filter(|touch| touch.gap <= TOUCHES) {
-            return Err(Error::domain(format!(
-                "the rod starts {:.3e} of its length inside {}, deepest at s = {:.6} of its length; move the obstacle or the start, or write \
-                 rods = \"none\" in [contact] to let rods pass through obstacles",
-                -touch.gap,
-                obstacles.bodies.obstacle_name(touch.obstacle),
-                touch.s
-            )));
+        if let Some(touch) = start.filter(RodTouch::is_one) {
+            return Err(touch.at_start("the rod", obstacles.bodies));
         }
         self.contacts = Some(contacts);
         self.go_on_from(state)?;
         Ok(self)
+    }
+
+    /// Gives contacts, sums and cost to the run on the next sheet.
+    pub(super) fn hand_over(&mut self) -> HandedOver<'a, N> {
+        HandedOver {
+            contacts: self.contacts.take(),
+            snapped: self.snapped,
+            snaps: self.snaps,
+            past: self.cost(),
+        }
+    }
+
+    /// A run on another sheet from a state of an earlier run. `rod`: the room of the rod on this sheet.
+    ///
+    /// # Errors
+    /// A state outside the chart.
+    pub(super) fn taken_over(
+        manifold: &'a M,
+        body: &'a PointMass<N>,
+        phase: Phase<N>,
+        options: Options,
+        from: HandedOver<'a, N>,
+        rod: RodGap<'a, N>,
+    ) -> Result<Self> {
+        let HandedOver {
+            contacts,
+            snapped,
+            snaps,
+            past,
+        } = from;
+        let mut run = Self::start(manifold, body, phase, options, snapped, snaps)?;
+        run.contacts = contacts.map(|contacts| RunContacts {
+            rod: Some(rod),
+            clearance: Clearance::default(),
+            ..contacts
+        });
+        run.go_on_from(Struck {
+            phase,
+            lost: 0.0,
+            work: 0.0,
+        })?;
+        run.past = past;
+        Ok(run)
     }
 
     fn struck_body(&self, contacts: &RunContacts<'a, N>) -> SheetBody<'a, 'a, M, N> {
@@ -247,7 +407,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
         if let Some(touch) = self.rod_touch(contacts) {
             self.found = Some(Event::Stop(Outcome::RodTouch(touch)));
-            return Ok(Progress::Moved);
+            progress = Progress::Moved;
+            contacts.due = None;
         }
         if contacts.set.holds() {
             self.divide_sums(contacts, &body, &step);
@@ -262,6 +423,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             if kept && progress == Progress::Moved {
                 self.motion.correct(state.phase);
             }
+        }
+        // Contacts without a force may close anew.
+        if !contacts.set.closed.is_empty() {
             contacts.due.get_or_insert(None);
         }
         let now = self.motion.phase();
@@ -303,7 +467,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         first
     }
 
-    /// The first touch of the rod with an obstacle within the last step. The step then ends at the touch.
+    /// The first bound that the rod passes within the last step. The step then ends at the bound.
     fn rod_touch(&mut self, contacts: &RunContacts<'a, N>) -> Option<RodTouch> {
         let rod = contacts.rod.as_ref()?;
         let step = self.motion.last_step()?;
@@ -314,9 +478,23 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return None;
         }
         let room = |at: &Phase<N>| rod(at, GapBy::Shape).gap - TOUCHES;
-        let fraction = first_change(self.motion.inside()?, PLACES, room)?;
-        self.motion.end_after(fraction);
-        Some(rod(&self.motion.phase(), GapBy::Shape))
+        let inside = self.motion.inside()?;
+        let fraction = first_change(&inside, PLACES, room)?;
+        let there = inside(fraction);
+        let touch = rod(&there, GapBy::Shape);
+        let own = |at: &Phase<N>| rod(at, GapBy::Bound(touch.bound, touch.obstacle)).gap;
+        let before = inside(fraction * (1.0 - BESIDE));
+        let rate = (own(&there) - own(&before)) / (there.t - before.t);
+        // A step without a root of the room, as at its start, ends at the place found before.
+        let ended = rate < 0.0 && self.motion.end_where(there.t, rate, own);
+        if !ended {
+            self.motion.end_after(fraction);
+        }
+        let found = rod(
+            &self.motion.phase(),
+            GapBy::Bound(touch.bound, touch.obstacle),
+        );
+        Some(if found.gap.is_finite() { found } else { touch })
     }
 
     /// Tells friction from drag, and the work of obstacles from that of loads, in the step just taken.
@@ -426,8 +604,11 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         self.contacts = Some(contacts);
         settled?;
         self.go_on_from(state)?;
-        if let Some(touch) = inside.filter(|touch| touch.gap <= TOUCHES) {
-            self.found = Some(Event::Stop(Outcome::RodTouch(touch)));
+        if let Some(touch) = inside.filter(RodTouch::is_one) {
+            self.found = Some(Event::Stop(Outcome::RodTouch(RodTouch {
+                bound: RodBound::Landing,
+                ..touch
+            })));
         }
         Ok(())
     }
@@ -436,18 +617,14 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     pub(super) fn contact_sample(&self, phase: &Phase<N>) -> Option<ContactSample> {
         let contacts = self.contacts.as_ref()?;
         let mut now = self.struck_body(contacts).loaded(phase);
-        let mut sample = ContactSample {
+        Some(ContactSample {
             impact_lost: contacts.lost,
             friction_lost: contacts.friction.at(phase.drag_loss),
             obstacle_work: contacts.struck + contacts.obstacles.at(phase.work),
             least_gap: now.least_gap(),
-            ..ContactSample::default()
-        };
-        let list = now.contacts_now(&contacts.set.closed);
-        for (slot, contact) in sample.contacts.iter_mut().zip(list) {
-            *slot = Some(contact);
-        }
-        Some(sample)
+            contacts: now.contacts_now(&contacts.set.closed),
+            rods: Vec::new(),
+        })
     }
 
     /// Energy lost in impacts, and work of obstacles in them.

@@ -2,6 +2,7 @@
 
 use super::contacts::{AmongObstacles, GapBy, RodGap};
 use super::rod_gap::{nearest_place, within_reach};
+use super::touching::TouchingRun;
 use super::{Phase, Run};
 use crate::drive::Motion;
 use crate::options::Options;
@@ -63,11 +64,16 @@ pub fn on_elastica<'a>(
         Some(q) => Run::new(&Elastica, body, q, v, options)?,
         None => Run::straight(body, v, options)?,
     };
-    let run = match obstacles {
-        Some(obstacles) => run.among_obstacles(obstacles)?,
-        None => run,
-    };
-    Ok(Box::new(run))
+    match obstacles {
+        Some(obstacles) if obstacles.rod_touches => Ok(Box::new(TouchingRun::new(
+            run.among_obstacles(obstacles)?,
+            body,
+            obstacles,
+            options,
+        ))),
+        Some(obstacles) => Ok(Box::new(run.among_obstacles(obstacles)?)),
+        None => Ok(Box::new(run)),
+    }
 }
 
 impl<'a> Run<'a, Elastica, 2> {
@@ -82,13 +88,18 @@ impl<'a> Run<'a, Elastica, 2> {
             ));
         }
         let body = self.body;
-        let rod = obstacles.rod_touches.then(|| {
-            let gap = move |at: &Phase<2>, by: GapBy| match by {
-                GapBy::Reach => within_reach(obstacles.bodies, body, at),
-                GapBy::Shape => nearest_place(obstacles.bodies, body, at),
-            };
-            Box::new(gap) as RodGap<'a, 2>
-        });
-        self.among(obstacles, rod)
+        let rod = obstacles.rod_touches;
+        self.among(obstacles, rod.then(|| free_rod_gap(obstacles, body)))
     }
+}
+
+/// The room of a rod that touches no obstacle.
+pub(super) fn free_rod_gap<'a>(
+    obstacles: AmongObstacles<'a>,
+    body: &'a PointMass<2>,
+) -> RodGap<'a, 2> {
+    Box::new(move |at: &Phase<2>, by: GapBy| match by {
+        GapBy::Reach => within_reach(obstacles.bodies, body, at),
+        _ => nearest_place(obstacles.bodies, body, at, by),
+    })
 }

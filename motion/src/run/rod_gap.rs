@@ -1,11 +1,10 @@
 //! Distances of a planar elastic rod from obstacles: a cheap lower bound, and the least distance along the rod.
 
 use super::Phase;
-use super::contacts::RodTouch;
+use super::contacts::{GapBy, RodBound, RodTouch};
 use crate::contact::Bodies;
 use nalgebra::{Vector2, Vector3};
 use snaprod_systems::body::{Frame, PointMass};
-use snaprod_systems::contact::Gap;
 use snaprod_systems::elastica::{Elastica, Equilibrium};
 use snaprod_systems::manifold::EquilibriumManifold;
 
@@ -20,7 +19,8 @@ const BISECTIONS: usize = 50;
 
 impl RodTouch {
     /// Nothing is near.
-    const FAR: Self = Self {
+    pub(super) const FAR: Self = Self {
+        bound: RodBound::Touch,
         rod: 0,
         obstacle: 0,
         s: 0.0,
@@ -31,35 +31,19 @@ impl RodTouch {
     fn take(&mut self, obstacle: usize, s: f64, gap: f64) {
         if gap < self.gap {
             *self = Self {
-                rod: 0,
                 obstacle,
                 s,
                 gap,
+                ..Self::FAR
             };
         }
     }
 }
 
-fn frame(body: &PointMass<2>, t: f64) -> Frame<2> {
+/// The frame of the clamp.
+pub(super) fn frame(body: &PointMass<2>, t: f64) -> Frame<2> {
     body.support()
         .map_or_else(Frame::at_rest, |support| support.at(t))
-}
-
-/// The distances from each obstacle at time `t`, as functions of a place in the world.
-fn distances(
-    bodies: &Bodies,
-    t: f64,
-) -> impl Iterator<Item = impl Fn(&Vector2<f64>) -> Gap + '_> + '_ {
-    bodies.obstacles.iter().map(move |obstacle| {
-        let frame = obstacle.motion(t).0;
-        move |x: &Vector2<f64>| {
-            let gap = obstacle.obstacle().gap(&frame.seen(&x.push(0.0)));
-            Gap {
-                normal: frame.pose.rotation * gap.normal,
-                ..gap
-            }
-        }
-    })
 }
 
 /// A lower bound of the distance of the rod from the obstacles: all of its places lie in an ellipse about the chord.
@@ -71,10 +55,10 @@ pub(super) fn within_reach(bodies: &Bodies, body: &PointMass<2>, at: &Phase<2>) 
     let beside = 0.5 * (1.0 - chord * chord).max(0.0).sqrt() + 0.5 * (1.0 - chord);
     let half = 0.5 * chord / ALONG_CHORD as f64;
     let mut least = RodTouch::FAR;
-    for (obstacle, distance) in distances(bodies, at.t).enumerate() {
+    for (obstacle, distance) in bodies.gaps_of_rod(0, at.t) {
         for i in 0..=ALONG_CHORD {
             let s = i as f64 / ALONG_CHORD as f64;
-            let gap = distance(&frame.place(&(end * s))).value;
+            let gap = distance(&frame.place(&(end * s)).push(0.0)).value;
             least.take(obstacle, s, gap - beside - half);
         }
     }
@@ -82,8 +66,13 @@ pub(super) fn within_reach(bodies: &Bodies, body: &PointMass<2>, at: &Phase<2>) 
 }
 
 /// The place of the rod that is nearest to an obstacle, between its ends. At the ends themselves other things hold the
-/// rod: the clamp and the body.
-pub(super) fn nearest_place(bodies: &Bodies, body: &PointMass<2>, at: &Phase<2>) -> RodTouch {
+/// rod: the clamp and the body. `by` chooses the obstacles.
+pub(super) fn nearest_place(
+    bodies: &Bodies,
+    body: &PointMass<2>,
+    at: &Phase<2>,
+    by: GapBy,
+) -> RodTouch {
     let frame = frame(body, at.t);
     let mut least = RodTouch::FAR;
     let Ok(rod) = Equilibrium::new(at.q[0], at.q[1]) else {
@@ -99,11 +88,14 @@ pub(super) fn nearest_place(bodies: &Bodies, body: &PointMass<2>, at: &Phase<2>)
         Some((x, frame.outward(&Vector2::new(cos, sin))))
     };
     let sections: Vec<_> = (0..=count).map(|i| section(place(i))).collect();
-    for (obstacle, distance) in distances(bodies, at.t).enumerate() {
+    for (obstacle, distance) in bodies.gaps_of_rod(0, at.t) {
+        if !by.looks_at(RodBound::Touch, obstacle) {
+            continue;
+        }
         // Distance, and its rate along the rod.
         let seen = |section: &Option<(Vector2<f64>, Vector2<f64>)>| {
             let (x, along) = section.as_ref()?;
-            let gap = distance(x);
+            let gap = distance(&x.push(0.0));
             let along: Vector3<f64> = along.push(0.0);
             Some((gap.value, gap.normal.dot(&along)))
         };

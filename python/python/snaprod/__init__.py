@@ -70,21 +70,76 @@ __all__ = [
 ]
 
 
-def check(scene: SceneLike, **set: Any) -> dict[str, Any]:
-    """Reads a scene and sets it up. Returns the scene with its defaults, as a dict that can be run again.
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
-    Every function takes fields to be set in the scene as keywords, ``body__mass=2.0``. Any path can be set with
-    ``**{"start.velocity.1": -0.5}``. All faults of a scene come in one :class:`SceneError`.
+
+def check(scene: SceneLike, **set: Any) -> dict[str, Any]:
+    """Reads a scene and sets it up.
+
+    Parameters
+    ----------
+    scene : dict, str or path
+        The scene: a dict, TOML text, or the path of a TOML file.
+    **set
+        Fields to be set in the scene, ``body__mass=2.0``. Any path can be set with
+        ``**{"start.velocity.1": -0.5}``. Every function takes such keywords.
+
+    Returns
+    -------
+    dict
+        The scene with its defaults, which can be run again.
+
+    Raises
+    ------
+    SceneError
+        All faults of the scene, in one exception.
+
+    Examples
+    --------
+    >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
+    >>> scene = {"rod": rod, "body": {"mass": 1.0}, "start": {"lambda": 6.3, "kappa": 0.6}, "run": {"duration": 1.0}}
+    >>> snaprod.check(scene, body__mass=2.0)["body"]["mass"]
+    2.0
     """
     found: dict[str, Any] = _core.check(given(scene, set))
     return dict(found["scene"])
 
 
 def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **set: Any) -> Run:
-    """Runs a scene of motion to its end. The scene is one rod, an assembly or a bar.
+    """Runs a scene of motion to its end.
 
-    ``strain`` says at how many samples the strains along a rod with friction are kept: "none", "some" (about 400) or
-    "all". A run that falls short of what was asked is no error: ``reason`` says why. Ctrl-C raises KeyboardInterrupt.
+    Parameters
+    ----------
+    scene : dict, str or path
+        One rod, an assembly or a bar, as in :func:`check`.
+    strain : {"some", "none", "all"}
+        Samples at which the strains along a rod with friction are kept; "some" is about 400.
+    progress : bool or callable, optional
+        True shows a bar of tqdm. A function is called with the fraction done and the time reached.
+    **set
+        Fields to be set in the scene.
+
+    Returns
+    -------
+    Run
+        The trajectory, the events and the summary. A run that falls short of what was asked is no error:
+        ``reason`` says why.
+
+    Raises
+    ------
+    SceneError
+        Faults of the scene, or a start that is no equilibrium.
+    KeyboardInterrupt
+        After Ctrl-C; what was computed is lost.
+
+    Examples
+    --------
+    >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
+    >>> start = {"lambda": 6.3, "kappa": 0.6, "velocity": [0.0, -0.5]}
+    >>> run = snaprod.run({"rod": rod, "body": {"mass": 1.0}, "start": start, "run": {"duration": 1.0}})
+    >>> run.outcome, len(run.events), round(run.t[-1], 12)
+    ('end_of_time', 1, 1.0)
     """
     if strain not in ("none", "some", "all"):
         raise ValueError(f'strain = {strain!r}: must be "none", "some" or "all"')
@@ -96,21 +151,81 @@ def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **
 def equilibrium(scene: SceneLike, **set: Any) -> Equilibrium:
     """Solves a scene of statics, or finds the equilibrium of an assembly.
 
-    The assembly need not be at rest in its scene.
+    Parameters
+    ----------
+    scene : dict, str or path
+        A scene with ``end``, or an assembly, which need not be at rest in its scene.
+    **set
+        Fields to be set in the scene.
+
+    Returns
+    -------
+    Equilibrium
+        The shape, the wrenches at both ends, the energy and the index.
+
+    Examples
+    --------
+    >>> rod = {"model": "cosserat", "length": 1.0, "section": {"bending": 1.0, "torsion": 1.0}}
+    >>> found = snaprod.equilibrium({"rod": rod, "end": {"couple": [0.0, 1.0, 0.0]}})
+    >>> found.index, round(found.summary["energy"], 12)  # half of couple^2 L/B
+    (0, 0.5)
     """
     raw = _core.equilibrium(given(scene, set))
     return Equilibrium([Table._of(one) for one in raw["tables"]], raw["summary"])
 
 
 def branch(scene: SceneLike, *, progress: Progress = None, **set: Any) -> Branch:
-    """Follows the branch of a scene with ``continue``, and locates its special points."""
+    """Follows the branch of a scene with ``continue``, and locates its special points.
+
+    Parameters
+    ----------
+    scene : dict, str or path
+        A scene of statics with ``continue``: the parameter and its range.
+    progress : bool or callable, optional
+        As in :func:`run`; the function is called with the parameter reached.
+    **set
+        Fields to be set in the scene.
+
+    Returns
+    -------
+    Branch
+        The points of all branches, the special points with bounds of their errors, and some shapes.
+
+    Examples
+    --------
+    >>> rod = {"model": "cosserat", "length": 1.0, "section": {"bending": [2.0, 1.0], "torsion": 1.0}}
+    >>> path = {"parameter": "end.load", "from": 0.0, "to": 3.0}
+    >>> column = snaprod.branch({"rod": rod, "end": {"force": [0.0, 0.0, -1.0]}, "continue": path})
+    >>> round(column.special("BP1")["parameter"], 9)  # Euler: pi^2 B/(4 L^2)
+    2.4674011
+    """
     source = given(scene, set)
     with Told(progress, "snaprod branch") as told:
         return Branch(_core.branch(source, told.call))
 
 
 def modes(scene: SceneLike, **set: Any) -> Modes:
-    """Computes natural frequencies and mode shapes of a scene about its equilibrium."""
+    """Computes natural frequencies and mode shapes of a scene about its equilibrium.
+
+    Parameters
+    ----------
+    scene : dict, str or path
+        A scene of motion, or an assembly.
+    **set
+        Fields to be set in the scene.
+
+    Returns
+    -------
+    Modes
+        A row for each mode, with its angular frequency and its shape.
+
+    Examples
+    --------
+    >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
+    >>> strip = {"rod": rod, "body": {"mass": 3.0}, "start": {"rest": "straight"}, "run": {"duration": 1.0}}
+    >>> round(snaprod.modes(strip).angular_frequency[0], 12)  # sqrt(3 B/(m L^3))
+    1.0
+    """
     raw = _core.modes(given(scene, set))
     return Modes([Table._of(one) for one in raw["tables"]], raw["summary"])
 
@@ -120,8 +235,28 @@ def memory(
 ) -> Memory:
     """Computes spring, dashpot and memory of the end of a viscoelastic rod.
 
-    The times are ``points`` times in equal ratios, from ``start`` to ``stop``. Without ``start`` and ``stop`` the
-    times fit the rod.
+    Parameters
+    ----------
+    scene : dict, str or path
+        A scene of one rod with damping or relaxation.
+    start, stop : float, optional
+        The first and the last time; without them the times fit the rod.
+    points : int
+        The number of times, in equal ratios, from 2 to 100000.
+    **set
+        Fields to be set in the scene.
+
+    Returns
+    -------
+    Memory
+        Relaxation, kernel and creep over time.
+
+    Examples
+    --------
+    >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0, "damping": {"proportional": 0.1}}
+    >>> strip = {"rod": rod, "body": {"mass": 1.0}, "start": {"rest": "straight"}, "run": {"duration": 1.0}}
+    >>> float(round(snaprod.memory(strip, start=1e-3, stop=1e3, points=7).J_yy[-1], 9))  # creep to L^3/(3 B)
+    0.333333333
     """
     raw = _core.memory(given(scene, set), (start, stop), whole("points", points, 2, 100_000))
     return Memory([Table._of(one) for one in raw["tables"]], raw["summary"])
@@ -140,9 +275,24 @@ def elastica(
 ) -> Elastica:
     """Computes one equilibrium of the planar elastica, length 1 and bending stiffness 1.
 
-    The equilibrium is given by lambda = sqrt(|force|) with kappa or p, kappa = tanh p. It may also be given by the
-    sheet S_mode^sign with k and beta. ``s`` holds arclengths of the sections in [0, 1], or the number of evenly spaced
-    sections. Labels are attributes: ``.x``, ``.y``, ``.energy``, ``.index``.
+    Parameters
+    ----------
+    lam, kappa, p : float
+        lambda = sqrt(abs(force)), with kappa or p, where kappa = tanh p.
+    mode, sign, k, beta : int, {"+", "-"}, float, float
+        Instead of ``lam``: the sheet S_mode^sign, and the point on it.
+    s : array_like or int
+        Arclengths of the sections in [0, 1], or the number of evenly spaced sections.
+
+    Returns
+    -------
+    Elastica
+        The sections; labels are attributes: ``.x``, ``.y``, ``.energy``, ``.index``.
+
+    Examples
+    --------
+    >>> snaprod.elastica(lam=6.3, kappa=0.6).index
+    0
     """
     at = numbers(s)
     sections = np.linspace(0.0, 1.0, whole("s", float(at), 1)) if at.ndim == 0 else at.ravel()
@@ -159,11 +309,32 @@ def elastica(
 
 
 def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress: Progress = None) -> Equilibria:
-    """Finds all equilibria of the elastica with its end at (x, y) and lambda < ``lambda_max``, at most 60.
+    """Finds all equilibria of the elastica with its end at (x, y).
 
-    Arrays x and y are broadcast, and every point is searched. Points that the rod does not reach have no equilibria.
-    The point (1, 0) has none either: the rod is straight there under any pull along itself. A coordinate that is not
-    finite raises ValueError.
+    Parameters
+    ----------
+    x, y : array_like
+        The points, which are broadcast. A point that the rod does not reach has no equilibria. The point (1, 0) has
+        none either: the rod is straight there under any pull along itself.
+    lambda_max : float
+        Only equilibria with lambda = sqrt(abs(force)) below this are found; at most 60.
+    progress : bool or callable, optional
+        As in :func:`run`.
+
+    Returns
+    -------
+    Equilibria
+        A row for each equilibrium, and counts in the shape of the points.
+
+    Raises
+    ------
+    SceneError
+        A coordinate that is not finite.
+
+    Examples
+    --------
+    >>> snaprod.equilibria([0.3, 0.5], 0.2, lambda_max=10.0).stable
+    array([3, 3])
     """
     xs, ys = np.broadcast_arrays(numbers(x), numbers(y))
     flat = (np.ascontiguousarray(xs).ravel(), np.ascontiguousarray(ys).ravel())
@@ -176,9 +347,22 @@ def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress
 
 
 def folds(count: int = 1) -> Folds:
-    """Computes the first ``count`` fold curves of the elastica from p = -8 to 8, at most 20.
+    """Computes the first fold curves of the elastica, from p = -8 to 8.
 
-    The half p < 0 is the mirror image of the other half.
+    Parameters
+    ----------
+    count : int
+        The number of curves, at most 20. The half p < 0 of each is the mirror image of the other half.
+
+    Returns
+    -------
+    Folds
+        A row for each point, cusps marked.
+
+    Examples
+    --------
+    >>> sorted(set(snaprod.folds(2).number.tolist()))
+    [1, 2]
     """
     count = whole("count", count, 1, 20)
     return Folds([Table._of(_core.folds(count))], {"count": count})

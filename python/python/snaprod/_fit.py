@@ -31,16 +31,35 @@ def fit(
 ) -> FitResult:
     """Finds values of fields with which a scene comes nearest to measured data, in the sense of least squares.
 
-    ``data`` holds columns by name, a DataFrame, or the path of a CSV file as ``snaprod fit`` reads it. NaN marks what
-    was not measured. With a column ``t`` the other columns are columns of the trajectory of one motion. Without ``t``
-    every row is a scene of its own. The columns named in ``by_row``, one or several, are fields that are set in the
-    scene. The others are quantities as a sweep has them ("end.x", "events.0.t"), or of small motions
-    ("modes.angular_frequencies.0").
+    Parameters
+    ----------
+    scene : dict, str or path
+        The scene, as in :func:`check`.
+    data : mapping of columns, DataFrame or path
+        Columns by name, or the path of a CSV file as ``snaprod fit`` reads it. NaN marks what was not measured. With
+        a column ``t`` the other columns are columns of the trajectory of one motion. Without ``t`` every row is a
+        scene of its own.
+    free : dict
+        The range of each path: (low, high), or text as ``snaprod fit --free`` takes it, "log:0.01:1".
+    by_row : str or list of str
+        Columns that are fields, set in the scene row by row. The others are quantities as a sweep has them
+        ("end.x", "events.0.t"), or of small motions ("modes.angular_frequencies.0").
+    noise : dict, optional
+        The standard deviation of columns; noise that is not given is estimated from the residuals.
+    starts, seed : int
+        The number of searches. The first begins in the middle of the ranges, the others at random places.
+    progress : bool or callable, optional
+        As in :func:`run`.
+    **set
+        Fields to be set in the scene.
 
-    ``free`` maps each path to its range: (low, high), or text as ``snaprod fit --free`` takes it, "log:0.01:1".
-    ``noise`` maps columns to standard deviations. Noise that is not given is estimated from the residuals. ``starts``
-    searches begin in the middle of the ranges and at random places.
+    Returns
+    -------
+    FitResult
+        Values, standard errors, intervals of 95 % and correlations.
 
+    Examples
+    --------
     >>> omega = [1.73, 1.22, 1.01]
     >>> swing = {
     ...     "rod": {"model": "elastica", "length": 1.0, "bending_stiffness": 2.0},

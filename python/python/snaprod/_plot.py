@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import matplotlib.colors
 import matplotlib.figure
 import matplotlib.pyplot
 import numpy as np
@@ -207,23 +208,47 @@ def sweep(result: _results.SweepResult, ax: Axes | None, name: str | None) -> Ax
     """Draws a column over one field or two."""
     axes, data = _axes(ax), result.data
     known = [q for q in result.quantities if np.issubdtype(data[q].dtype, np.number)]
-    if not known or data.rows == 0:
-        raise ValueError("no column of the sweep holds numbers")
+    if not (known or name) or data.rows == 0:
+        raise ValueError("no column of the sweep holds numbers; name a column of words")
     usual = [q for q in ("snaps", "end.x", "index") if q in known]
     name = name or (usual or known)[0]
     if len(result.varied) == 1:
-        axes.plot(data[result.varied[0]], data[name], ".-")
+        axes.plot(data[result.varied[0]], data[name], ".-" if name in known else ".")
         axes.set(xlabel=result.varied[0], ylabel=name)
         return axes
     one, two = result.varied[:2]
+    classes, colours, style = _classes(data[name])
     if len(result.shape) == 2:
         x, y = (_numbers(result.grid(field)) for field in (one, two))
-        drawn: Any = axes.pcolormesh(x, y, result.grid(name), shading="nearest")
+        drawn: Any = axes.pcolormesh(x, y, colours.reshape(result.shape), shading="nearest", **style)
     else:
-        drawn = axes.scatter(data[one], data[two], c=data[name], s=12)
-    axes.figure.colorbar(drawn, ax=axes, label=name)
+        drawn = axes.scatter(data[one], data[two], c=colours, s=12, **style)
+    bar = axes.figure.colorbar(drawn, ax=axes, label=name)
+    if classes:
+        bar.set_ticks(range(len(classes)), labels=classes)
     axes.set(xlabel=one, ylabel=two)
     return axes
+
+
+def _classes(values: NDArray[Any]) -> tuple[list[str], NDArray[Any], dict[str, Any]]:
+    """Returns the classes of a column, its values as colours, and the style of the colours.
+
+    Words, and whole numbers of few values, are classes. Other numbers have none, and are colours themselves.
+    """
+    is_whole = np.issubdtype(values.dtype, np.integer) and np.unique(values).size <= 10
+    if np.issubdtype(values.dtype, np.number) and not is_whole:
+        return [], values, {}
+    words, colours = np.unique(values, return_inverse=True)
+    if is_whole:
+        palette = matplotlib.colormaps["viridis"](np.linspace(0.0, 1.0, words.size))
+    else:
+        palette = matplotlib.colormaps["tab20" if words.size > 10 else "tab10"](np.arange(words.size) % 20)
+    style = {
+        "cmap": matplotlib.colors.ListedColormap(palette),
+        "vmin": -0.5,
+        "vmax": words.size - 0.5,
+    }
+    return [str(word) or "(none)" for word in words], colours, style
 
 
 def _numbers(values: NDArray[Any]) -> NDArray[Any]:

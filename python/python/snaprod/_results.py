@@ -5,14 +5,14 @@ from __future__ import annotations
 import html
 import io
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Mapping, Sequence, cast
+from typing import TYPE_CHECKING, Any, Iterator, KeysView, Mapping, Sequence, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._scene import numbers, same, whole
-from ._table import Table
+from ._table import Table, plural
 
 if TYPE_CHECKING:
     import pandas
@@ -38,7 +38,11 @@ Array = NDArray[np.float64]
 
 
 class Result:
-    """A result: tables of columns, and a summary in plain Python values."""
+    """A result: tables of columns, and a summary in plain Python values.
+
+    Columns of the first table are items and, where the name is free, attributes: ``run["x"]`` is ``run.x``.
+    Iteration gives their names.
+    """
 
     tables: dict[str, Table]
     """All tables by their names."""
@@ -62,6 +66,29 @@ class Result:
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.data[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.data)
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.data
+
+    def keys(self) -> KeysView[str]:
+        """Returns the names of the columns of ``data``."""
+        return self.data.keys()
+
+    def __getattr__(self, name: str) -> Any:
+        # Reads the dict of the object: while an object is unpickled its tables do not exist yet.
+        data = self.__dict__.get("_first", {})
+        if name in data:
+            return data[name]
+        raise AttributeError(f"{name!r}: a {type(self).__name__} has no such attribute or column")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *(name for name in self.data if name.isidentifier())]
 
     def to_pandas(self) -> pandas.DataFrame:
         """Returns ``data`` as a DataFrame."""
@@ -180,7 +207,8 @@ class Run(Result):
     def _headline(self) -> str:
         ended = "" if self.reason is None else f" ({self.reason})"
         last = self.data["t"][-1] if self.data.rows else float("nan")
-        return f"{self.outcome}{ended}, {self.data.rows} samples to t = {last:g} {self.units['t']}, {len(self.events)} events"
+        time = f"{last:g} {self.units['t']}".strip()
+        return f"{self.outcome}{ended}, {plural(self.data.rows, 'sample')} to t = {time}, {plural(len(self.events), 'event')}"
 
 
 class Equilibrium(Result):
@@ -275,9 +303,7 @@ class Elastica(Result):
 
     def __getattr__(self, name: str) -> Any:
         summary = self.__dict__.get("summary", {})
-        if name in summary:
-            return summary[name]
-        raise AttributeError(f"{name!r}: an elastica has data, summary and {', '.join(summary)}")
+        return summary[name] if name in summary else super().__getattr__(name)
 
     def _headline(self) -> str:
         s = self.summary
@@ -329,7 +355,8 @@ class Equilibria(Result):
         return found.reshape(self.x.shape)
 
     def _headline(self) -> str:
-        return f"{self.data.rows} equilibria at {self.x.size} points, {int(self.stable.sum())} of them stable"
+        at = plural(self.x.size, "point")
+        return f"{self.data.rows} {'equilibrium' if self.data.rows == 1 else 'equilibria'} at {at}, {int(self.stable.sum())} of them stable"
 
 
 class Folds(Result):
@@ -405,13 +432,37 @@ class SweepResult(Result):
     """The quantities that are given for each point."""
     shape: tuple[int, ...]
     """For a grid the number of values of each field; for points at random their number."""
+    is_grid: bool = True
+    """True for a grid, False for points at random."""
 
     def grid(self, name: str) -> NDArray[Any]:
         """Returns a column in the shape of the grid, with an axis for each field that varies."""
         return self.data[name].reshape(self.shape)
 
+    def to_xarray(self) -> xarray.Dataset:
+        """Returns a Dataset over the fields that vary, with their values as coordinates; words stay words.
+
+        The dimensions have the names of the fields. Points at random have the one dimension ``point``.
+        """
+        import xarray
+
+        def one(name: str, dims: tuple[str, ...], values: NDArray[Any]) -> Any:
+            return dims, values, {"units": self.units[name], "long_name": self.data.meanings[name]}
+
+        if not self.is_grid:
+            coordinates = {n: one(n, ("point",), self[n]) for n in ("point", *self.varied)}
+            variables = {n: one(n, ("point",), self[n]) for n in self if n not in coordinates}
+            return xarray.Dataset(variables, coordinates, {"name": self.data.name})
+        dims = tuple(self.varied)
+        axes = {}
+        for k, name in enumerate(dims):
+            first = tuple(slice(None) if i == k else 0 for i in range(len(dims)))
+            axes[name] = one(name, (name,), self.grid(name)[first])
+        variables = {n: one(n, dims, self.grid(n)) for n in self if n not in axes}
+        return xarray.Dataset(variables, axes, {"name": self.data.name})
+
     def plot(self, ax: Axes | None = None, name: str | None = None) -> Axes:
-        """Draws a column: a line over one field, a map over two."""
+        """Draws a column: a line over one field, a map over two. Words are drawn as classes of their own."""
         from . import _plot
 
         return _plot.sweep(self, ax, name)
@@ -419,4 +470,4 @@ class SweepResult(Result):
     def _headline(self) -> str:
         counts = self.summary.get("outcomes", {})
         said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
-        return f"{self.data.rows} points over {', '.join(self.varied)}" + (f": {said}" if said else "")
+        return f"{plural(self.data.rows, 'point')} over {', '.join(self.varied)}" + (f": {said}" if said else "")

@@ -39,19 +39,44 @@ def sweep(
 ) -> SweepResult:
     """Runs a scene with some of its fields varied.
 
-    The result has a row for each point of the grid, or for ``random`` points.
+    Parameters
+    ----------
+    scene : dict, str or path
+        The scene, as in :func:`check`.
+    vary : dict
+        The values of each path: an array or a list, or text as ``snaprod sweep --vary`` takes it: "-2:2:40",
+        "log:0.1:10:20", and for points at random "-2:2".
+    columns : str or list of str
+        Quantities of each point. A path leads into the summary of a run, or into its events, as in "end.x" and
+        "events.-1.t".
+    random, seed : int, optional
+        The number of points at random instead of a grid, and their seed.
+    out : path, optional
+        The directory of the chunks, with the same files, to the byte, as ``snaprod sweep`` makes them there (all but
+        its map). A sweep may end for any reason; the same call then goes on with what is missing. Without ``out``
+        the sweep is made in a temporary directory.
+    client : dask.distributed.Client, optional
+        Its workers make the chunks and write into ``out``, which they must see under the same path. If a worker
+        dies, another worker makes its chunk.
+    threads : int, optional
+        The number of threads; by default the number of cores.
+    progress : bool or callable, optional
+        As in :func:`run`.
+    **set
+        Fields to be set in the scene.
 
-    ``vary`` maps the path of each field to its values: an array or a list, or text as ``snaprod sweep --vary``
-    takes it. Texts are "-2:2:40", "log:0.1:10:20", and for points at random "-2:2". ``columns`` names the
-    quantities of each point, one path or several. A path leads into the summary of a run, or into its events, as in
-    "end.x" and "events.-1.t".
+    Returns
+    -------
+    SweepResult
+        A row for each point of the grid, or for each point at random.
 
-    The sweep is made in chunks in the directory ``out``. The directory has the same files, to the byte, as `snaprod
-    sweep` makes them there (all but its map). A sweep may end for any reason; the same call then goes on with what
-    is missing. Without ``out`` the sweep is made in a temporary directory.
-
-    With ``client``, a ``dask.distributed.Client``, its workers make the chunks. The workers write into ``out``,
-    which they must see under the same path. If a worker dies, another worker makes its chunk.
+    Examples
+    --------
+    >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
+    >>> scene = {"rod": rod, "body": {"mass": 1.0}, "start": {"lambda": 6.3, "kappa": 0.6}, "run": {"duration": 0.1}}
+    >>> swept = snaprod.sweep(scene, {"body.mass": [1.0, 2.0], "start.kappa": "0.5:0.6:3"}, columns=["end.x"])
+    >>> dict(swept.to_xarray().sizes)
+    {'body.mass': 2, 'start.kappa': 3}
     """
     text, overrides, _ = given(scene, set)
     if not isinstance(vary, Mapping):
@@ -80,6 +105,7 @@ def sweep(
             aside.replace(directory / "sweep.csv")
     result = _result(made, heads, cells)
     result.directory = "" if out is None else str(directory)
+    result.is_grid = points is None
     return result
 
 

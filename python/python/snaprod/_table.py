@@ -91,7 +91,8 @@ class Table(Mapping[str, NDArray[Any]]):
     def to_xarray(self) -> xarray.Dataset:
         """Returns a Dataset along the first column, or over t and s for a field along the rod.
 
-        Units and meanings are in the attributes of each variable.
+        Units and meanings are in the attributes of each variable. A jump has two rows at one time; the second row
+        stands at the next double, so that ``sel``, ``interp`` and ``differentiate`` work.
         """
         import xarray
 
@@ -109,7 +110,7 @@ class Table(Mapping[str, NDArray[Any]]):
                 return xarray.Dataset(rest, coordinates, {"name": self.name})
         along = names[0] if names and names[0] in ("t", "s") else "row"
         variables = {n: one(n, (along,), self[n]) for n in names if n != along}
-        coordinates = {along: one(along, (along,), self[along])} if along in names else {}
+        coordinates = {along: one(along, (along,), _apart(self[along]))} if along in names else {}
         return xarray.Dataset(variables, coordinates, {"name": self.name})
 
     def to_npz(self, path: str | PathLike[str]) -> None:
@@ -134,6 +135,21 @@ class Table(Mapping[str, NDArray[Any]]):
             lines.append(f"<tr>{cells}</tr>")
         caption = f"<caption>{html.escape(self.name)}: {count} rows</caption>"
         return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+
+
+def _apart(values: NDArray[Any]) -> NDArray[Any]:
+    """Moves each value that does not exceed the one before to the next double above that one, if no value falls."""
+    values = np.array(values, dtype=float)
+    if np.any(np.diff(values) < 0.0):
+        return values
+    for k in np.flatnonzero(np.diff(values) == 0.0) + 1:
+        values[k] = np.nextafter(values[k - 1], np.inf)
+    return values
+
+
+def plural(count: int, noun: str) -> str:
+    """Returns a count with its noun: "1 event", "2 events"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _cell(value: Any) -> str:

@@ -5,9 +5,9 @@ mod figures;
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{exact, json_text, number, print, print_json};
 use super::output::{Output, OutputArgs};
-use super::page::{Page, PageKind, branch_data, name, scene_text};
+use super::page::{Page, PageKind, branch_data, scene_text};
 use super::signals::Signals;
-use super::{Ending, Refusal};
+use super::{Ending, Refusal, wall};
 use clap::Args;
 use snaprod::plot::{branch_diagram, rod_shapes};
 use snaprod::solve::special_points::SpecialKind;
@@ -45,7 +45,7 @@ impl Hooks for BranchHooks {
 }
 
 /// Files of the command.
-const FILES: &[&str] = &[
+pub(super) const FILES: &[&str] = &[
     "branch.*",
     "special_points.json",
     "shapes.*",
@@ -55,6 +55,9 @@ const FILES: &[&str] = &[
 /// Follows the branch of the scene with all requested additions, and writes the results.
 pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     let scene = read_equilibrium(&args.scene)?;
+    if scene.wall().is_some() {
+        return wall::branch(args, &scene);
+    }
     let mut wishes = BranchHooks {
         signals: Signals::watched(),
         pictures: if args.html { PICTURES } else { 0 },
@@ -77,10 +80,10 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     if args.html {
         out.page("branch", |figures| Ok(page(args, &record, figures)));
     }
-    out.finish(!args.output.json)?;
+    out.finish(args.output.speaks())?;
     if args.output.json {
         print_json(summary);
-    } else {
+    } else if args.output.speaks() {
         let mut text = text(&record);
         let _ = writeln!(text, "written: {}", directory.display());
         print(&text);
@@ -96,7 +99,7 @@ fn page(args: &BranchArgs, record: &BranchRecord, mut figures: Vec<(String, Stri
     // The page draws the diagram itself.
     figures.retain(|(name, _)| name != "branch");
     Page {
-        name: name(&args.scene),
+        name: args.scene.name(),
         kind: PageKind::Branch,
         data: branch_data(record, figures::measure(record).1),
         words: text(record),

@@ -47,12 +47,12 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
         out.table(&table(&response, &times, &entries))?;
         let data = || Ok(figure::data(&response, &times, &entries));
         out.figure("kernel", data, kernel);
-        out.finish(!args.output.json)?;
+        out.finish(args.output.speaks())?;
     }
     if args.output.json {
         object["out"] = json!(args.output.out);
         print_json(object);
-    } else {
+    } else if args.output.speaks() {
         print(&text::text(&response, &times, args.output.out.as_deref()));
     }
     Ok(Ending::Done)

@@ -228,17 +228,11 @@ fn in_words(value: &Value) -> String {
 /// Text of the scene as written by the user, with the overrides of the command line.
 pub fn scene_text(given: &SceneArgs) -> String {
     // The file was read a moment ago; if gone now, the page only lacks this text.
-    let mut text = std::fs::read_to_string(&given.path).unwrap_or_default();
+    let mut text = given.text().unwrap_or_default();
     for set in &given.set {
         text += &format!("\n# --set {set}");
     }
     text
-}
-
-/// The name of a scene's file.
-pub fn name(given: &SceneArgs) -> String {
-    let stem = given.path.file_stem().unwrap_or_default();
-    stem.to_string_lossy().into_owned()
 }
 
 /// Text escaped for HTML.

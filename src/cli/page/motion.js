@@ -12,6 +12,17 @@ const bodies = data.bodies.map((body) => ({
 }));
 const grooves = data.grooves.map((of) => of.map(reals));
 const obstacles = (data.obstacles ?? []).map((of) => of.map(reals));
+// Contacts of every picture: place and force on the body.
+const contacts = data.contacts ?? [];
+const hasContacts = contacts.some((of) => of.length);
+const strongest = Math.max(...contacts.flat().map((of) => Math.hypot(of[3], of[4], of[5])));
+let showsContacts = true;
+
+/** Contact forces of picture i as lines from their places; the strongest of the motion is a fifth of the rod long. */
+function pushes(i) {
+  const end = (of) => [0, 1, 2].map((k) => of[k] + ((0.2 * length) / strongest) * of[k + 3]);
+  return showsContacts ? (contacts[i] ?? []).map((of) => [of.slice(0, 3), end(of)]) : [];
+}
 const energies = data.energies.map((one) => ({ ...one, values: reals(one.values), trace: reals(one.trace) }));
 // Curves have points of their own, closer than the pictures; up to each picture so many of them.
 const trace = reals(data.trace);
@@ -72,6 +83,7 @@ const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: "#5f7890", width: 1.
 const BEFORE = { colour: ORANGE, width: 2, dash: [7, 4] }, AFTER = { colour: GREEN, width: 2, dash: [2, 4] };
 const FALL = { colour: ORANGE, width: 1, alpha: 0.45 }, WAY = { colour: PINK, width: 1.6 }, MARKED = { colour: ORANGE, width: 1, alpha: 0.5 };
 const OBSTACLE = { colour: "#8a8a8a", width: 1.4 };
+const CONTACT = { colour: "#b8322a", width: 2.2 };
 const GROOVE = { colour: "#bebebe", width: 4 };
 const hasFolds = data.place.includes("f"), hasLayers = data.place.includes("y");
 
@@ -123,6 +135,10 @@ class FlatView {
     for (const one of rods) rod(one, i, ROD);
     for (const ground of grounds) this.ground(ground, i);
     for (const body of bodies) this.body(body, i);
+    for (const [a, b] of pushes(i)) {
+      at.line([a[0], b[0]], [a[1], b[1]], CONTACT);
+      at.dot(a[0], a[1], CONTACT.colour, 3.5);
+    }
     at.end();
   }
 
@@ -180,6 +196,7 @@ class SpaceView {
     space.begin();
     space.box();
     for (const groove of grooves) space.line(Array.from(groove[0], (_, k) => groove.map((of) => of[k])), GROOVE);
+    for (const line of obstacles) space.line(Array.from(line[0], (_, k) => line.map((of) => of[k])), OBSTACLE);
     if (ghosts) for (const [k, alpha] of past(i)) for (const rod of rods) space.line(rounded(shape(rod, k)), { ...GHOST, alpha });
     for (const body of bodies) {
       // Of a body its middle, which the trace does not tell.
@@ -201,6 +218,10 @@ class SpaceView {
     for (const body of bodies) {
       if (!isPoint(body)) for (const face of faces(body, i)) space.face(face, "#a8a8a8", "#a8a8a8", { rim: 0.4, alpha: 0.6 });
       space.dot(middle(body, i), BODY, isPoint(body) ? 7 : 3, isPoint(body) ? 0 : 0.02);
+    }
+    for (const [a, b] of pushes(i)) {
+      space.line([a, b], CONTACT, 0.03);
+      space.dot(a, CONTACT.colour, 4, 0.03);
     }
     space.paint();
   }
@@ -372,6 +393,7 @@ if (hasLayers) stage.key("falling", FALL);
 if (hasFolds) stage.key("after the snap", AFTER);
 if (grooves.length) stage.key("groove", GROOVE);
 if (obstacles.length) stage.key("obstacle", OBSTACLE);
+if (hasContacts) stage.key("contact force", CONTACT);
 if (data.folds) stage.key("first fold", { colour: AMBER, dash: [6, 3, 1, 3] });
 const picture = flat ? new FlatView(stage) : new SpaceView(stage);
 views = [picture, new EnergyView(new Board("wide", "energies over time"))];
@@ -379,8 +401,13 @@ views.push(new PhaseView(new Board(data.sheet ? "half" : "wide low", "phase plan
 if (data.sheet) views.push(new SheetView(new Board("half", "the sheet of equilibria with the path on it")));
 const spaces = views.map((view) => view.space).filter(Boolean);
 if (!flat) picture.space.changed = () => picture.draw(player.frame, player.ghosts);
-keys([...KEYS, ...(spaces.length ? TURNING : []), ...(flat ? [] : [["F", "directors"]])]);
+keys([...KEYS, ...(spaces.length ? TURNING : []), ...(flat ? [] : [["F", "directors"]]), ...(hasContacts ? [["C", "contact forces"]] : [])]);
 turnByKeys(spaces);
+document.addEventListener("keydown", (e) => {
+  if (!hasContacts || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT" || e.key.toLowerCase() !== "c") return;
+  showsContacts = !showsContacts;
+  player.draw();
+});
 document.addEventListener("keydown", (e) => {
   if (flat || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT" || e.key.toLowerCase() !== "f") return;
   picture.directors = !picture.directors;

@@ -7,10 +7,11 @@ use snaprod::Result;
 use snaprod::elastica::stable_grid;
 use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
+use snaprod::motion::contact::ContactNow;
 use snaprod::plot::Curve;
 use snaprod::study::film::{Film, PictureRole, Still};
-use snaprod::study::outline_in_plane;
 use snaprod::study::run::{BodyMoment, Moment, RunBody, RunHeader, RunRod};
+use snaprod::study::{outline, outline_in_plane};
 
 /// Bounds on the number of sections of a rod, and on the number of sections in all pictures together, in the plane and
 /// in space.
@@ -61,11 +62,14 @@ pub fn motion_data(film: &Film, around: &MotionContext) -> Result<Value> {
         "trace": quantized(&film.trace.iter().map(|at| at.t).collect::<Vec<_>>()),
         "on": names(stills),
     });
+    if header.has_obstacles() {
+        data["obstacles"] = obstacles(stills, header);
+    }
+    if header.has_contact {
+        data["contacts"] = contacts(stills);
+    }
     // A planar elastica: sheets and borders.
     if !header.in_space() {
-        if header.has_obstacles() {
-            data["obstacles"] = obstacles(stills, header);
-        }
         if !around.folds.is_empty() {
             data["folds"] = folds(&around.folds);
         }
@@ -154,19 +158,45 @@ fn bodies(film: &Film, header: &RunHeader) -> Vec<Value> {
     header.bodies.iter().enumerate().map(body).collect()
 }
 
-/// Lines on the obstacles of a motion in the plane, as far as the rod reaches.
+/// Lines on the obstacles, as far as the motion reaches: two coordinates in the plane, three in space.
 fn obstacles(stills: &[Still], header: &RunHeader) -> Value {
+    if header.in_space() {
+        let bodies = stills.iter().flat_map(|still| &still.now.bodies);
+        let places: Vec<_> = bodies.map(|body| body.pose.translation.vector).collect();
+        let lines = header
+            .obstacles
+            .iter()
+            .flat_map(|each| outline(each, &places));
+        let line = |line: Vec<[f64; 3]>| {
+            let along = |i: usize| quantized(&line.iter().map(|p| p[i]).collect::<Vec<_>>());
+            json!([along(0), along(1), along(2)])
+        };
+        return lines.map(line).collect();
+    }
     let clamp = stills
         .first()
         .map(|still| still.now.clamp.translation.vector);
     let centre = clamp.unwrap_or_else(Vector3::zeros);
     let all = header.obstacles.iter();
     let lines = all.flat_map(|each| outline_in_plane(each, &centre, header.scales.length));
-    let part =
-        |line: &[[f64; 2]], i: usize| quantized(&line.iter().map(|p| p[i]).collect::<Vec<_>>());
-    lines
-        .map(|line| json!([part(&line, 0), part(&line, 1)]))
-        .collect()
+    let line = |line: Vec<[f64; 2]>| {
+        let along = |i: usize| quantized(&line.iter().map(|p| p[i]).collect::<Vec<_>>());
+        json!([along(0), along(1)])
+    };
+    lines.map(line).collect()
+}
+
+/// Contacts of every picture: place and force on the body, six numbers each.
+fn contacts(stills: &[Still]) -> Value {
+    let numbers = |at: &ContactNow| -> Vec<f64> {
+        let force = at.normal * at.normal_force + at.friction;
+        at.point.iter().chain(&force).map(|x| short(*x)).collect()
+    };
+    let of = |still: &Still| -> Vec<Vec<f64>> {
+        let contact = still.now.contact.iter();
+        contact.flat_map(|all| &all.contacts).map(numbers).collect()
+    };
+    json!(stills.iter().map(of).collect::<Vec<_>>())
 }
 
 /// Grooves of the bodies.

@@ -6,6 +6,7 @@ use super::clamp::moving_support;
 use super::equilibrium_tolerance;
 use super::first_order_mass::first_order_rod;
 use super::loads::{acting_on, point_mass};
+use super::obstacles::{HittingBody, Obstacles};
 use super::rod::rotation;
 use crate::assembly::{
     Assembly, AssemblyEquilibrium, Attachment, Body, BodyMotion, Configuration, FreeRod, Guide,
@@ -22,7 +23,7 @@ use crate::rod::{DistributedLoad, LoadsWithoutPotential, RodSection, Wrench};
 use crate::scene::read::normal_director;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, InitialShape as Shape, LoadAlong, Parameter, Scales,
-    Scene, Site, SiteJoint, TurnAxis,
+    Scene, SceneKind, Site, SiteJoint, TurnAxis,
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3, Vector6};
 use std::f64::consts::PI;
@@ -69,6 +70,19 @@ pub struct AssemblySetup {
     tolerance: f64,
     /// The assembly with the full mass of its rods; `None` if no mass counts in full.
     heavy: Option<HeavyAssembly>,
+    /// Obstacles, and bodies that hit obstacles and each other.
+    obstacles: Option<Obstacles>,
+    /// Bodies without rods, if there are some.
+    flying: Option<Flying>,
+}
+
+/// Bodies without rods, which come after the bodies of rods.
+#[derive(Debug, Clone)]
+struct Flying {
+    /// The assembly without these bodies, which says the start of the others; `None` if it has no rod.
+    held: Option<Box<AssemblySetup>>,
+    /// Poses of the bodies at the start.
+    places: Vec<BodyMotion>,
 }
 
 impl AssemblySetup {
@@ -241,9 +255,51 @@ impl AssemblySetup {
         carried.extend(nodes);
         let light = match &heavy {
             Some(_) => Assembly::of_heavy_rods(carried, links)?,
-            None => Assembly::new(carried, links)?,
+            None => {
+                let free = given.bodies.iter().filter(|body| body.place.is_some());
+                Assembly::with_free_bodies(carried, links, free.count())?
+            }
+        };
+        let placed = bodies.iter().filter_map(|body| {
+            let place = body.place.as_ref()?;
+            let turn = match body.extent {
+                Some(_) => rotation(&place.orientation),
+                None => UnitQuaternion::identity(),
+            };
+            let position = Vector3::from(place.position);
+            Some(BodyMotion::at_rest(Isometry3::from_parts(
+                position.into(),
+                turn,
+            )))
+        });
+        let places: Vec<BodyMotion> = placed.collect();
+        let flying = if places.is_empty() {
+            None
+        } else {
+            let held = if given.rods.is_empty() {
+                None
+            } else {
+                let mut scene = scene.clone();
+                scene.kind = SceneKind::Assembly(given.without_free_bodies());
+                scene.obstacles.clear();
+                Some(Box::new(Self::new(&scene)?))
+            };
+            Some(Flying { held, places })
+        };
+        let hitting = light.solids().iter().zip(&given.bodies);
+        let hitting = hitting.map(|(carrier, body)| HittingBody {
+            mass: carrier.mass().clone(),
+            shape: body.shape,
+            name: format!("body {:?}", body.name),
+        });
+        let obstacles = if scene.is_motion() && scene.has_contact() {
+            Some(Obstacles::new(scene, hitting)?)
+        } else {
+            None
         };
         Ok(Self {
+            obstacles,
+            flying,
             assembly: light
                 .with_names(given.rods.iter().map(|rod| rod.name.clone()).collect())
                 .with_free(free)?
@@ -367,7 +423,15 @@ impl AssemblySetup {
     /// # Errors
     /// As [`AssemblySetup::equilibrium`].
     pub fn start(&self) -> Result<(Configuration, Option<usize>)> {
-        let (mut now, index) = if self.unloaded {
+        let (mut now, index) = if let Some(flying) = &self.flying {
+            let (mut now, index) = match &flying.held {
+                Some(held) => held.start()?,
+                None => (Configuration::default(), None),
+            };
+            let next = self.assembly.solids().len() - flying.places.len();
+            now.bodies.splice(next..next, flying.places.iter().copied());
+            (now, index)
+        } else if self.unloaded {
             let origin = vec![BodyMotion::at_rest(Isometry3::identity()); self.twists.len()];
             let bodies = self.guess.as_ref().unwrap_or(&origin);
             let start = self.assembly.let_go(bodies, LEAST_TOLERANCE)?;
@@ -412,14 +476,20 @@ impl AssemblySetup {
     ///
     /// # Errors
     /// A scene of statics; a start from which no motion is possible.
-    pub fn motion<'a>(&self, scene: &Scene) -> Result<(Box<dyn Motion<'a> + 'a>, Option<usize>)> {
+    pub fn motion<'a>(
+        &'a self,
+        scene: &Scene,
+    ) -> Result<(Box<dyn Motion<'a> + 'a>, Option<usize>)> {
         let options = super::options(scene.run()?, &self.scales)?;
         let (start, index) = self.start()?;
         if let Some(heavy) = &self.heavy {
             let run = self.heavy_motion(heavy, &start, scene, options)?;
             return Ok((run, None));
         }
-        let run = AssemblyRun::new(self.assembly.clone(), &start, options)?;
+        let mut run = AssemblyRun::new(self.assembly.clone(), &start, options)?;
+        if let Some(obstacles) = &self.obstacles {
+            run = run.among_obstacles(obstacles.among())?;
+        }
         Ok((Box::new(run), index))
     }
 

@@ -2,6 +2,7 @@
 
 use super::first_order_mass::first_order_rod;
 use super::in_space::{SpaceField, SpaceStart, equilibrium_field, in_world, joint_of};
+use super::obstacles::{HittingBody, Obstacles};
 use super::{ModelKind, MotionModel};
 use crate::assembly::{
     Assembly, Attachment, Body, BodyMotion as Held, Configuration, Joint, LightRod, Link,
@@ -22,8 +23,8 @@ const POSE: f64 = 1e-13;
 /// Tolerance of the equilibrium in a groove at the start.
 const SETTLING_TOLERANCE: f64 = 1e-11;
 
-/// An elastic rod in space: an assembly of one rod and one body. The frame is that of the clamp, or the world if the
-/// clamp turns and the rod bears a load along it, which would rotate in the clamp's frame.
+/// An elastic rod in space: an assembly of one rod and one body. The frame is that of the clamp. The frame is the world
+/// among obstacles, and if the clamp turns and the rod bears a load along it, which would rotate in the clamp's frame.
 #[derive(Debug, Clone)]
 pub struct ElasticSpace {
     /// Body, clamp and start.
@@ -41,8 +42,17 @@ pub struct ElasticSpace {
     light: Option<LightRod>,
     /// Section law that varies in time.
     in_time: Option<LawInTime>,
-    /// The body in the world frame and the turning clamp, for a run in the world frame.
-    in_world: Option<(Mass, Support<3>)>,
+    /// The body in the world frame and the clamp, for a run in the world frame.
+    in_world: Option<(Mass, WorldClamp)>,
+    /// Obstacles that the body hits.
+    obstacles: Option<Obstacles>,
+}
+
+/// The clamp of a run in the world frame.
+#[derive(Debug, Clone)]
+enum WorldClamp {
+    Standing(Isometry3<f64>),
+    Moving(Support<3>),
 }
 
 impl ElasticSpace {
@@ -73,14 +83,32 @@ impl ElasticSpace {
                 ));
             }
         };
+        let obstacles = !scene.obstacles.is_empty();
         let turning = common.support().filter(|support| support.turns());
-        let in_world = match turning.filter(|_| common.load().is_some()) {
-            Some(support) => Some((in_world(&scene.dimensionless()?)?, support.clone())),
+        let in_world = if obstacles || turning.is_some() && common.load().is_some() {
+            let clamp = match common.support() {
+                Some(support) => WorldClamp::Moving(support.clone()),
+                None => WorldClamp::Standing(common.clamp(0.0).pose()),
+            };
+            Some((in_world(&scene.dimensionless()?)?, clamp))
+        } else {
+            None
+        };
+        let obstacles = match in_world.as_ref().filter(|_| obstacles) {
+            Some((mass, _)) => {
+                let body = HittingBody {
+                    mass: mass.clone(),
+                    shape: scene.body()?.shape,
+                    name: "the body".to_owned(),
+                };
+                Some(Obstacles::new(scene, [body])?)
+            }
             None => None,
         };
         let mut model = Self {
             in_time: scene.rod.law_in_time(measures)?,
             in_world,
+            obstacles,
             light: first_order_rod(&scene.rod, &scene.scales()?)?,
             rod: common.rod.measured(measures),
             chart,
@@ -130,7 +158,13 @@ impl ElasticSpace {
                 Attachment::ground(here),
                 Frame::standing(&here),
             ),
-            Some((carried, support)) => (
+            Some((carried, WorldClamp::Standing(pose))) => (
+                carried,
+                self.common.load_in_world(),
+                Attachment::ground(*pose),
+                Frame::standing(pose),
+            ),
+            Some((carried, WorldClamp::Moving(support))) => (
                 carried,
                 self.common.load_in_world(),
                 Attachment::support(support.clone()),
@@ -185,7 +219,11 @@ impl MotionModel for ElasticSpace {
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
         let begun = self
             .assembly()
-            .and_then(|(assembly, start)| AssemblyRun::new(assembly, &start, options));
+            .and_then(|(assembly, start)| AssemblyRun::new(assembly, &start, options))
+            .and_then(|run| match &self.obstacles {
+                Some(obstacles) => run.among_obstacles(obstacles.among()),
+                None => Ok(run),
+            });
         let run = begun.map_err(|why| why.context(self.common.words.as_str()))?;
         Ok(Box::new(run))
     }

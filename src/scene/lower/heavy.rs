@@ -17,7 +17,7 @@ use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::math::se3::join;
 use crate::motion::full_mass::{EndVelocity, HeavyStart, RodStart, StrainAt, heavy_motion};
 use crate::motion::{Motion, Options};
-use crate::rod::DistributedLoad;
+use crate::rod::{DistributedLoad, LoadsWithoutPotential};
 use crate::scene::{
     Dimensionless, InitialShape, Model, Rod, Scales, Scene, Start, StrainField, StrainName,
     StrainRate,
@@ -151,6 +151,7 @@ impl HeavyPlane {
             along: None,
             grain: unit_point_mass(plain.loads.gravity.into(), support.clone())?,
             distributed: distributed(&plain, (&scene.rod, &scales), Vector3::from)?,
+            turning: None,
             body: Some(Mass::Point(body)),
             // Planar rods pass beside each other without contact.
             diameter: None,
@@ -245,6 +246,27 @@ fn distributed(
     })
 }
 
+/// Loads of the list on a rod that have no potential, in units of `scales`; `None` without such loads. `inward` maps
+/// couples of the world to the frame of the run.
+pub(super) fn turning_on(
+    rod: &Rod,
+    scales: &Scales,
+    inward: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> Result<Option<LoadsWithoutPotential>> {
+    if !rod.has_turning_loads() {
+        return Ok(None);
+    }
+    let given = rod.turning_loads()?;
+    let force = scales.inward(Quantity::Distributed, 1.0);
+    // A couple per length has the unit of a force.
+    let couple = scales.inward(Quantity::Force, 1.0);
+    Ok(Some(LoadsWithoutPotential {
+        follower_force: given.follower_force.mapped(|f| f * force),
+        couple: given.couple.mapped(|c| inward(c * couple)),
+        follower_couple: given.follower_couple.mapped(|c| c * couple),
+    }))
+}
+
 fn bent(curvature: f64) -> Strain {
     Strain::new(curvature, 0.0, 0.0, 0.0, 0.0, 1.0)
 }
@@ -319,6 +341,7 @@ impl HeavySpace {
             along: scene.rod.mass_along(),
             grain: unit_point_mass(inward(plain.loads.gravity), support.clone())?,
             distributed: distributed(&plain, (&scene.rod, &scales), inward)?,
+            turning: turning_on(&scene.rod, &scales, |couple| inward(couple.into()))?,
             body: Some(body),
             diameter: scene.rod.thickness().map(|d| d / common.scales.length),
         };

@@ -2,19 +2,19 @@
 
 use super::clamp::{moving_support, out_of_plane};
 use crate::body::{Mass, PointMass};
-use crate::contact::{MovingObstacle, Shape, SurfacePair};
-use crate::error::{Quantity, Result};
+use crate::contact::{MovingObstacle, PlacedShape, Shape, SurfacePair};
+use crate::error::{Error, Message, Quantity, Result};
 use crate::motion::AmongObstacles;
 use crate::motion::contact::{Bodies, Partner};
 use crate::scene::{BodyShape, Obstacle, RodsInContact, Scales, Scene};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 /// Normal speed after an impact below which bounces are summed up, in units of the rod.
 const SETTLE_SPEED: f64 = 1e-6;
 /// Most impacts of a run.
 const MOST_IMPACTS: u64 = 100_000;
 
-/// Obstacles with the body of one rod, in units of the rod.
+/// Obstacles, and bodies that hit obstacles, in units of the rod.
 #[derive(Clone)]
 pub struct Obstacles {
     bodies: Bodies,
@@ -31,43 +31,154 @@ impl std::fmt::Debug for Obstacles {
     }
 }
 
+/// A body as obstacles see it, in units of the rod.
+pub(super) struct HittingBody {
+    /// Mass and loads, in the frame of the world.
+    pub mass: Mass,
+    /// Shape about the centre of mass; a point if `None`.
+    pub shape: Option<BodyShape>,
+    /// Name in messages.
+    pub name: String,
+}
+
 impl Obstacles {
-    /// The obstacles of a scene of one rod with a point mass; `None` without obstacles.
+    /// The obstacles of a scene of one rod with a point mass in the plane; `None` without obstacles.
     ///
     /// # Errors
-    /// A number that overflows in units of the rod.
+    /// As [`Obstacles::new`].
     pub fn of_point_mass(scene: &Scene) -> Result<Option<Self>> {
         if scene.obstacles.is_empty() {
             return Ok(None);
         }
+        let body = HittingBody {
+            mass: Mass::Point(PointMass::new(1.0)?),
+            shape: scene.body()?.shape,
+            name: "the body".to_owned(),
+        };
+        Self::new(scene, [body]).map(Some)
+    }
+
+    /// The obstacles of a scene, with its bodies in their order.
+    ///
+    /// # Errors
+    /// A number that overflows in units of the rod; a body that is seen from a clamp.
+    pub(super) fn new(
+        scene: &Scene,
+        hitting: impl IntoIterator<Item = HittingBody>,
+    ) -> Result<Self> {
         let (scales, rules) = (scene.scales()?, &scene.contact);
         let surface = |friction: f64, restitution: f64| {
             SurfacePair::new(restitution, friction).map(|pair| pair.with_law(rules.law))
         };
         let mut bodies = Bodies::new(surface(rules.friction, rules.restitution)?);
-        let shape = match scene.body()?.shape {
-            None | Some(BodyShape::Point) => Shape::Point,
-            Some(BodyShape::Ball(diameter)) => {
-                Shape::ball(0.5 * scales.inward(Quantity::Length, diameter))?
-            }
-        };
-        bodies.add_body(Mass::Point(PointMass::new(1.0)?), shape)?;
+        let mut names = Vec::new();
+        for HittingBody { mass, shape, name } in hitting {
+            let shape = shape.map_or(Ok(Shape::Point), |shape| shape.in_units(scales.length))?;
+            let centre = mass
+                .as_rigid()
+                .map_or(Vector3::zeros(), |body| *body.offset());
+            let placed = PlacedShape {
+                shape,
+                place: Isometry3::translation(centre.x, centre.y, centre.z),
+            };
+            bodies.add_body(mass, placed)?;
+            names.push(name);
+        }
         for obstacle in &scene.obstacles {
             let number = bodies.add_obstacle(moving(obstacle, &scales)?);
             let friction = obstacle.friction.unwrap_or(rules.friction);
             let restitution = obstacle.restitution.unwrap_or(rules.restitution);
-            let pair = surface(friction, restitution)?;
-            bodies.set_surface(0, Partner::Obstacle(number), pair)?;
+            for body in 0..bodies.len() {
+                let pair = surface(friction, restitution)?;
+                bodies.set_surface(body, Partner::Obstacle(number), pair)?;
+            }
         }
-        let names = scene.obstacles.iter().map(|each| each.name.clone());
-        bodies.set_names(vec!["the body".to_owned()], names.collect());
+        Self::set_pairs(scene, &mut bodies)?;
+        let obstacles = scene.obstacles.iter().map(|each| each.name.clone());
+        bodies.set_names(names, obstacles.collect());
+        if rules.rods == RodsInContact::All {
+            Self::check_bases(scene, &bodies, &scales)?;
+        }
         let given = rules.settle_speed;
         let settle_speed = given.map(|speed| scales.inward(Quantity::Velocity, speed));
-        Ok(Some(Self {
+        Ok(Self {
             bodies,
             settle_speed: settle_speed.unwrap_or(SETTLE_SPEED),
             rods: rules.rods,
-        }))
+        })
+    }
+
+    /// Refuses obstacles that move over the base of a rod on the ground.
+    fn check_bases(scene: &Scene, bodies: &Bodies, scales: &Scales) -> Result<()> {
+        let sites: Vec<(usize, [f64; 3])> = match scene.assembly() {
+            None if scene.clamp.motion.is_some() => Vec::new(),
+            None => vec![(0, scene.clamp.position)],
+            Some(given) => {
+                let rods = given.rods.iter().enumerate();
+                let ends = rods.flat_map(|(k, rod)| [(k, &rod.from), (k, &rod.to)]);
+                let stands = ends.filter(|(_, end)| end.body.is_none() && end.motion.is_none());
+                stands.map(|(k, end)| (k, end.position)).collect()
+            }
+        };
+        let duration = scales.inward(Quantity::Time, scene.run()?.duration);
+        for (rod, base) in sites {
+            let base = Vector3::from(base) / scales.length;
+            if let Some((k, t)) = bodies.moves_over(rod, &base, duration) {
+                let told = Message::from(format!(
+                    "the obstacle {:?} moves over the place on the ground that holds a rod, at t = ",
+                    scene.obstacles[k].name
+                ))
+                .number(t, Quantity::Time)
+                .words("; let it move elsewhere, name what it touches in `touches`, or write rods = \"none\" in [contact]");
+                return Err(Error::domain(told));
+            }
+        }
+        Ok(())
+    }
+
+    /// Leaves out what does not touch, and sets the surfaces of single pairs.
+    fn set_pairs(scene: &Scene, bodies: &mut Bodies) -> Result<()> {
+        let (names, rods) = scene.names_in_contact();
+        for (k, obstacle) in scene.obstacles.iter().enumerate() {
+            let Some(touches) = &obstacle.touches else {
+                continue;
+            };
+            for body in (0..names.len()).filter(|body| !touches.contains(&names[*body])) {
+                bodies.leave_out(body, Partner::Obstacle(k))?;
+            }
+            for rod in (0..rods.len()).filter(|rod| !touches.contains(&rods[*rod])) {
+                bodies.leave_out_rod(rod, k);
+            }
+        }
+        let rules = &scene.contact;
+        for pair in &rules.pairs {
+            let body = |name: &String| names.iter().position(|other| other == name);
+            let obstacle = |name: &String| scene.obstacles.iter().position(|one| one.name == *name);
+            let [a, b] = &pair.between;
+            let sides = match (body(a), body(b), obstacle(a), obstacle(b)) {
+                (Some(a), Some(b), ..) => (a, Partner::Body(b)),
+                (Some(a), None, _, Some(b)) | (None, Some(a), Some(b), _) => {
+                    (a, Partner::Obstacle(b))
+                }
+                _ => continue,
+            };
+            if pair.apart {
+                bodies.leave_out(sides.0, sides.1)?;
+                continue;
+            }
+            let own = match sides.1 {
+                Partner::Obstacle(k) => scene.obstacles.get(k),
+                Partner::Body(_) => None,
+            };
+            let friction = pair.friction.or(own.and_then(|own| own.friction));
+            let restitution = pair.restitution.or(own.and_then(|own| own.restitution));
+            let surface = SurfacePair::new(
+                restitution.unwrap_or(rules.restitution),
+                friction.unwrap_or(rules.friction),
+            )?;
+            bodies.set_surface(sides.0, sides.1, surface.with_law(rules.law))?;
+        }
+        Ok(())
     }
 
     /// The obstacles for a run.
@@ -84,11 +195,15 @@ impl Obstacles {
 /// An obstacle with its motion, in units of the rod.
 fn moving(obstacle: &Obstacle, scales: &Scales) -> Result<MovingObstacle> {
     let named = |e: crate::Error| e.context(format!("obstacle {:?}", obstacle.name));
-    let standing = obstacle.in_units(scales.length).map_err(named)?;
     let Some(motion) = &obstacle.motion else {
+        let standing = obstacle.in_units(scales.length).map_err(named)?;
         return Ok(standing.into());
     };
     let motion = out_of_plane(&scales.motion(motion.clone()));
-    let support = moving_support(&Isometry3::identity(), &motion).map_err(named)?;
-    Ok(MovingObstacle::carried(standing, support))
+    let middle = obstacle.shape.middle();
+    let seen = obstacle.seen_from(middle, scales.length).map_err(named)?;
+    let middle = Vector3::from(middle) / scales.length;
+    let place = Isometry3::translation(middle.x, middle.y, middle.z);
+    let support = moving_support(&place, &motion).map_err(named)?;
+    Ok(MovingObstacle::carried(seen, support))
 }

@@ -26,7 +26,7 @@ impl Scene {
     /// # Errors
     /// A scene with obstacles.
     pub(crate) fn has_no_obstacles(&self) -> Result<()> {
-        if self.obstacles.is_empty() {
+        if !self.has_contact() {
             return Ok(());
         }
         let others = if self.is_motion() {
@@ -35,7 +35,7 @@ impl Scene {
             "use `snaprod equilibrium` or `snaprod branch`"
         };
         Err(Error::domain(format!(
-            "this command does not look for contact yet: {others}, or leave out [[obstacle]]"
+            "this command does not look for contact yet: {others}, or leave out [[obstacle]], and bodies with a shape or a position"
         )))
     }
 

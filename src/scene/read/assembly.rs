@@ -6,6 +6,7 @@ use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, 
 use super::groove::groove;
 use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::{load, loads, spread};
+use super::obstacle::{CONTACT, body_shape, can_be_followed, contact, obstacles};
 use super::plane::{lies_in_plane, lift};
 use super::ranges::MOMENT;
 use super::reader::Reader;
@@ -30,12 +31,16 @@ type AnyRod = (FreeRod, Option<(Site, LoadAlong)>);
 /// Reads every field before returning `None`, for a complete list of faults.
 pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let units = units(top);
-    let rod_tables = tables(
-        top,
-        "rod",
-        &ROD,
-        "name = \"left\", model = \"cosserat\", ...",
-    );
+    let rod_tables = if !top.has("rod") && bodies_are_free(top) {
+        Some(Vec::new())
+    } else {
+        tables(
+            top,
+            "rod",
+            &ROD,
+            "name = \"left\", model = \"cosserat\", ...",
+        )
+    };
     let full = rod_tables
         .iter()
         .flatten()
@@ -95,6 +100,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         start(table, motion, light.count(), bodies)
     });
     rod_tables.as_deref().map(free_come_last);
+    body_tables.as_deref().map(free_bodies_come_last);
     let alike = rod_tables
         .as_deref()
         .is_none_or(|tables| masses_are_alike(tables, motion));
@@ -163,18 +169,20 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let bodies = given.bodies.iter().map(|body| body.name.as_str());
     let bodies: Vec<&str> = bodies.collect();
     let stations = stations(top, &lengths, &bodies)?;
-    let first = given.every_rod().next()?.clone();
+    let obstacles = obstacles(top);
+    let rules = default(part(top, &CONTACT), ContactRules::default(), contact);
+    let first = given.every_rod().next().cloned();
     let mut scene = Scene {
         units: units?,
-        rod: first,
+        rod: first.unwrap_or_else(Rod::unit),
         clamp: Clamp::default(),
         body: None,
         end: None,
         start: start?,
         loads: loads?,
         stations,
-        obstacles: Vec::new(),
-        contact: ContactRules::default(),
+        obstacles: obstacles?,
+        contact: rules?,
         run: run?,
         solve: solve?,
         continuation: None,
@@ -215,10 +223,34 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let tables = rod_tables?;
     if let (true, SceneKind::Assembly(given)) = (motion, &mut scene.kind) {
         lift(given, &tables);
-        scene.rod = given.every_rod().next()?.clone();
+        if let Some(first) = given.every_rod().next() {
+            scene.rod = first.clone();
+        }
     }
     scene.choose_inertia();
-    can_be_built(top, &tables, &scene).then_some(scene)
+    (can_be_built(top, &tables, &scene) && can_be_followed(top, &scene)).then_some(scene)
+}
+
+/// True if there are bodies, and every body has a `position`: no rod holds a body.
+fn bodies_are_free(top: &Table) -> bool {
+    let bodies = top.get("body").and_then(|list| list.get_ref().as_array());
+    let placed = |body: &toml::Spanned<toml::de::DeValue>| {
+        let body = body.get_ref().as_table();
+        body.is_some_and(|body| body.contains_key("position"))
+    };
+    bodies.is_some_and(|list| !list.is_empty() && list.iter().all(placed))
+}
+
+/// Reports bodies with a place of their own before others. Paths such as `body[0]` then count the same bodies with and
+/// without those that no rod holds.
+fn free_bodies_come_last(tables: &[Table]) {
+    let held = tables.iter().rposition(|table| !table.has("position"));
+    let before = tables.iter().take(held.unwrap_or(0));
+    for table in before.filter(|table| table.has("position")) {
+        let allowed = "of bodies that come after all others";
+        let hint = "move this [[body]] below the bodies that rods hold";
+        table.fault(FaultKind::Conflict, "position", allowed, hint);
+    }
 }
 
 /// Bodies and rods that loads may act on.
@@ -348,7 +380,15 @@ fn body(table: &Table, name: Option<String>, motion: bool, full: bool) -> Option
     };
     if !motion {
         refuse(
-            &["velocity", "angular_velocity", "drag", "rotational_drag"],
+            &[
+                "velocity",
+                "angular_velocity",
+                "drag",
+                "rotational_drag",
+                "position",
+                "quaternion",
+                "rotation",
+            ],
             "left out at rest",
             "a scene with [run] is one of motion",
         );
@@ -413,7 +453,23 @@ fn body(table: &Table, name: Option<String>, motion: bool, full: bool) -> Option
     } else {
         Some(None)
     };
-    let groove = groove(table);
+    let place = if table.has("position") {
+        let (position, orientation) = (table.vector("position"), orientation(table));
+        position.zip(orientation).map(|(position, orientation)| {
+            Some(Guess {
+                position,
+                orientation: orientation.unwrap_or_default(),
+            })
+        })
+    } else {
+        let turned = table.given(&["quaternion", "rotation"]);
+        for name in &turned {
+            let hint = "of a body that no rod holds `position` says the place; one on rods turns with them";
+            table.fault(FaultKind::Conflict, name, "given with `position`", hint);
+        }
+        Some(None).filter(|_| turned.is_empty())
+    };
+    let (groove, shape) = (groove(table), body_shape(table));
     let (offset, rotor) = (offset?, rotor?);
     let body = AssemblyBody {
         name: name?,
@@ -428,7 +484,9 @@ fn body(table: &Table, name: Option<String>, motion: bool, full: bool) -> Option
         drag: drag?,
         rotational_drag: rotational_drag?,
         guess: guess?,
+        place: place?,
         groove: groove?,
+        shape: shape?,
         velocity: velocity?,
         angular_velocity: angular_velocity?,
     };
@@ -450,7 +508,8 @@ fn guesses_are_whole(tables: &[Table]) {
     if !tables.iter().any(|table| table.has("guess")) {
         return;
     }
-    for table in tables.iter().filter(|table| !table.has("guess")) {
+    let held = tables.iter().filter(|table| !table.has("position"));
+    for table in held.filter(|table| !table.has("guess")) {
         let allowed = "given where another body has one: of all bodies, or of none";
         table.missing("guess", allowed, "guess = { position = [0.5, 0.0, 0.2] }");
     }
@@ -636,14 +695,22 @@ fn all_are_reached(tables: &[Table], known: &BodyTraits, rods: &[AssemblyRod], m
             }
         }
     }
-    for (body, table) in tables.iter().enumerate().filter(|(body, _)| !joined[*body]) {
+    for (body, table) in tables.iter().enumerate() {
         let name = known.names[body].as_deref().unwrap_or("?");
         let alone = rods
             .iter()
             .all(|rod| number(&rod.from) != Some(body) && number(&rod.to) != Some(body));
+        if table.has("position") && !alone {
+            let hint = "a body on rods starts at equilibrium, or on the unloaded rods: leave it out; `guess` says near where";
+            let allowed = "left out of a body that a rod holds";
+            table.fault(FaultKind::Conflict, "position", allowed, hint);
+        }
+        if joined[body] || table.has("position") {
+            continue;
+        }
         let hint = match alone {
             true => format!(
-                "no rod reaches it: write `to = {{ body = {name:?} }}` in a [[rod]], or leave the body out"
+                "no rod reaches it: write `to = {{ body = {name:?} }}` in a [[rod]], or its own `position` in a motion"
             ),
             false if motion && heavy => "its rods lead to other bodies only, while others are held: hold one of these on the ground by a rod, leave \
                                          all of them in the air, or start from the unloaded rods, rest = \"straight\" in [start]"

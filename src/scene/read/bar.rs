@@ -7,10 +7,7 @@ use super::reader::Reader;
 use super::scene::{default, part, units};
 use super::table::{Absent, Table};
 use crate::bar::{Scheme, Stress, motion};
-use crate::scene::{
-    BarScene, Bends, Clamp, ContactRules, FaultKind, History, Loads, Model, Rest, Rod, Scene,
-    SceneKind, Section, Solve, Start,
-};
+use crate::scene::{BarScene, FaultKind, History, Model, Scene, SceneKind};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -47,42 +44,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         ..rod?
     };
     can_be_built(top, at, &bar)?;
-    let rod = Rod {
-        model: Model::Bar,
-        length: bar.length,
-        material: None,
-        bends: Bends::Weak,
-        section: Section::Bending(0.0),
-        rest: Rest::default(),
-        damping: None,
-        drive: None,
-        tendons: Vec::new(),
-        loads: Vec::new(),
-        relaxation: Vec::new(),
-        nodes: None,
-        contact_diameter: None,
-        mass: None,
-        inertia: None,
-        inertia_chosen: false,
-        section_inertia: None,
-        centreline: None,
-    };
-    Some(Scene {
-        units,
-        rod,
-        clamp: Clamp::default(),
-        body: None,
-        end: None,
-        start: Start::default(),
-        loads: Loads::default(),
-        stations: Vec::new(),
-        obstacles: Vec::new(),
-        contact: ContactRules::default(),
-        run: None,
-        solve: Solve::default(),
-        continuation: None,
-        kind: SceneKind::Bar(bar),
-    })
+    Some(Scene::without_rods(units, SceneKind::Bar(bar)))
 }
 
 /// Reads `[rod]`; the rest of the scene is filled in later.

@@ -78,6 +78,12 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
         let hint = match numbered.parse::<Parameter>() {
             Ok(parameter) if all.contains(&parameter) => return Some(parameter),
             Ok(parameter) => Some(parameter.absence().to_owned()),
+            Err(_) if path.ends_with("rotation.angle_degrees") => {
+                let path = path.trim_end_matches("_degrees");
+                Some(format!(
+                    "a branch turns ends in radians: write parameter = {path:?}, and from and to in radians, of which 30 degrees are 0.5236"
+                ))
+            }
             Err(_) => nearest(path, &mut paths.iter().map(String::as_str))
                 .map(|meant| format!("did you mean {meant:?}?")),
         };

@@ -246,6 +246,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
             inertia(reader, field, value, allowed, &MOMENT)
         })
     });
+    let shape = body_shape(table);
     let joint = if weld? {
         if !has_extent(table) {
             table.missing("inertia", allowed, "inertia = [0.01, 0.01, 0.01]");
@@ -277,7 +278,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
         mass: mass?,
         joint,
         groove: groove?,
-        shape: None,
+        shape: shape?,
     })
 }
 

@@ -15,6 +15,12 @@ pub(super) const SPACE: Kinds = 4;
 pub(super) const ASSEMBLY: Kinds = 8;
 /// A bar with mass, in longitudinal motion.
 pub(super) const BAR: Kinds = 16;
+/// A section of a tube under pressure, at rest.
+pub(super) const TUBES: Kinds = 32;
+/// A membrane under pressure, at rest.
+pub(super) const MEMBRANES: Kinds = 64;
+/// A wall under pressure.
+pub(super) const WALL: Kinds = TUBES | MEMBRANES;
 /// One rod in motion.
 pub(super) const MOTION: Kinds = PLANE | SPACE;
 /// Kinds of scenes with a motion of rods.

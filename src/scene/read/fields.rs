@@ -29,14 +29,16 @@ pub(super) static HOMES: [&Spec; 11] = [
 const ONE_KIND: &str = "with [body] and [run] the scene is one of motion, with [end], [solve] or [continue] one of statics: keep one of the two";
 const NOT_FLAT: &str = "statics are of rods in space, model = \"cosserat\"; there the planar elastica is a rod with rigid shear and axial";
 
+const NO_FLOW: &str = "flow through tubes is not computed: a scene of a tube is one section at rest, for `snaprod equilibrium` and, with [continue], `snaprod branch`";
+
 #[rustfmt::skip]
 pub(super) static TOP: Spec = Spec {
     name: "",
     fields: &[
-        field("units", ANY | BAR, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material is given"),
+        field("units", ANY | BAR | WALL, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material or tube.material is given"),
             "The system of units, for labels: it changes no number. \"si\": metre, kilogram, second. Any consistent system will do."),
         field("rod", ONE | BAR, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
-        field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]."),
+        field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]. May be left out in a motion of bodies that all have a `position`."),
         field("plane", ASSEMBLY, Vector(&VALUE), "", No, "Normal of a plane in which bodies and rods stay, at rest: bodies move in the plane and turn about its normal, rods bend about it, a ball joint is a hinge, and the index counts what the plane allows. Without it the assembly is in space."),
         field("clamp", ONE, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
         field("body", MOTION, Table(&BODY), "", No, "The body at the end of the rod, s = length, in a scene of motion. May be left out where the rod has inertia = \"full\": its end is then free, and bears the loads of the body."),
@@ -47,10 +49,12 @@ pub(super) static TOP: Spec = Spec {
         field("start", ONE_IN_SPACE, Table(&START), "", No, "Shape of the rod at the start, and velocity of its end; in statics where the search begins."),
         field("start", ASSEMBLY, Table(&START), "", No, "Where the bodies of a motion start: without it settled, at the equilibrium under the loads; what nothing holds settles where inertia = \"full\", as it falls."),
         field("start", BAR, Table(&START), "", No, "Uniform stretch and velocity of a bar at the start; without it, at rest and unstretched."),
+        field("start", MEMBRANES, Table(&START), "", No, "The stretch of the membrane, in place of a load."),
         field("loads", BAR, Table(&LOADS), "", No, "What acts on the end X = length of a bar."),
         field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod; without a body, on the end of the rod."),
         field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
         field("loads", STATICS, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
+        field("loads", MEMBRANES, Table(&LOADS), "", No, "The pressure in the membrane."),
         field("load", ANY, Array(&Table(&LISTED)), "", No, "Loads on ends, bodies, places and parts of rods, each a table [[load]], at most 100; beside those of the other tables."),
         field("station", ANY, Array(&Table(&STATION)), "", No, "Places on rods whose motion, strains and resultants are written, each a table [[station]], at most 100."),
         field("obstacle", TOUCHED, Array(&Table(&OBSTACLE)), "", No, "Bodies that stand or move in a given way, which the rod and its body do not enter, each a table [[obstacle]], at most 100."),
@@ -59,6 +63,12 @@ pub(super) static TOP: Spec = Spec {
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
         field("continue", STATICS | ASSEMBLY, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene; of an assembly at rest."),
+        field("continue", WALL, Table(&CONTINUE), "", No, "A branch of sections or of inflated states in one parameter."),
+        field("tube", TUBES, Table(&TUBE_TABLE), "", Yes("radius = 5e-3"), "The wall of a tube: a section of it under pressure (docs/tubes.md)."),
+        field("membrane", MEMBRANES, Table(&MEMBRANE_TABLE), "", Yes("shape = \"sphere\""), "A membrane under pressure (docs/tubes.md)."),
+        field("outside", TUBES, Table(&OUTSIDE), "", No, "What surrounds the tube."),
+        field("fluid", TUBES, Table(&FLUID), "", No, "The fluid in the tube."),
+        field("gas", MEMBRANES, Table(&GAS), "", No, "Gas in the membrane and in a vessel joined to it."),
     ],
     barred: &[
         (ASSEMBLY, "clamp", "every rod of an assembly has its own place: `from` in [[rod]]"),
@@ -67,8 +77,11 @@ pub(super) static TOP: Spec = Spec {
         (STATICS, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
         (SPACE, "end", ONE_KIND), (SPACE, "solve", ONE_KIND), (SPACE, "continue", ONE_KIND),
         (PLANE, "end", NOT_FLAT), (PLANE, "solve", NOT_FLAT), (PLANE, "continue", NOT_FLAT),
-        (SPACE | ASSEMBLY | BAR, "obstacle", "obstacles are for one rod at rest in space, which has [end] in place of [body] and [run], and for the motion of one rod in the plane, model = \"elastica\""),
-        (SPACE | ASSEMBLY | BAR | STATICS, "contact", "rules of contact are for the motion of one rod in the plane, model = \"elastica\""),
+        (BAR | WALL, "obstacle", "obstacles are for rods that bend, model = \"elastica\" or \"cosserat\""),
+        (BAR | WALL | STATICS, "contact", "rules of contact are for motions of rods that bend, and of their bodies"),
+        (TUBES, "upstream", NO_FLOW), (TUBES, "downstream", NO_FLOW), (TUBES, "start", NO_FLOW), (TUBES, "run", NO_FLOW),
+        (MEMBRANES, "run", "membranes are computed at rest: leave out [run], and use `snaprod equilibrium` or, with [continue], `snaprod branch`"),
+        (MEMBRANES, "body", "pistons on membranes are not computed: leave out [body]"),
     ],
 };
 
@@ -139,11 +152,54 @@ pub(super) static ROD: Spec = Spec {
 };
 
 #[rustfmt::skip]
+pub(super) static TUBE_TABLE: Spec = spec("tube", &[
+    field("radius", TUBES, Number(&SIZE), "m", Yes("radius = 5e-3"), "Radius of the middle line of the wall at no load."),
+    field("thickness", TUBES, Number(&SIZE), "m", No, "Thickness of the wall at no load, at most half the radius; needed with a material, and by law = \"extensible\"."),
+    field("material", TUBES, Table(&TUBE_MATERIAL), "", No, "What the wall is made of: its bending stiffness is E h^3 / (12 (1 - nu^2)) per axial length."),
+    field("stiffness", TUBES, Number(&SIZE), "N m", No, "Bending stiffness D per axial length, in place of a material. With radius = 1 and stiffness = 1 pressures are in D/R^3."),
+    field("mode", TUBES, Count(2, 12), "", Or("2"), "Number of lobes into which the tube buckles. Modes above 2 need a support, and end where the walls of a lobe touch."),
+    field("law", TUBES, OneOf(&[Word(&["ring", "extensible", "neo-hookean"]), Table(&TUBE_LAW)]), "", Or("\"ring\""),
+        "Wall law: \"ring\", which does not stretch, round up to its buckling; \"extensible\", with k = 12 (R/h)^2; \"neo-hookean\", a thick wall that stays round; or a table with an algebraic law."),
+    field("stretch", TUBES, Number(&SIZE), "", Or("1.0"), "Stretch along the axis, which makes the wall of a material narrower and thinner."),
+    field("area", TUBES, Number(&POSITIVE), "", No, "Area over that of the round section at no load, in place of [outside] pressure."),
+]);
+#[rustfmt::skip]
+pub(super) static TUBE_MATERIAL: Spec = spec("tube.material", &[
+    field("E", TUBES, Number(&STIFFNESS), "Pa", Yes("E = 1.5e6"), "Young's modulus; three times the shear modulus where nu = 0.5."),
+    field("nu", TUBES, Number(&POISSON), "", Or("0.5"), "Poisson's ratio."),
+]);
+#[rustfmt::skip]
+pub(super) static TUBE_LAW: Spec = spec("tube.law", &[
+    field("power", TUBES, Numbers(2), "", Yes("power = [10.0, -1.5]"), "Exponents m >= 0 >= n of p - p_e = Kp (alpha^m - alpha^n), with Kp = D/R^3."),
+]);
+#[rustfmt::skip]
+pub(super) static OUTSIDE: Spec = spec("outside", &[
+    field("pressure", TUBES, Number(&VALUE), "Pa", No, "Pressure outside less inside; or tube.area."),
+]);
+#[rustfmt::skip]
+pub(super) static FLUID: Spec = spec("fluid", &[
+    field("density", TUBES, Number(&SIZE), "kg/m³", No, "Density, for the speed of pulses in the tube."),
+]);
+#[rustfmt::skip]
+pub(super) static MEMBRANE_TABLE: Spec = spec("membrane", &[
+    field("shape", MEMBRANES, Word(&["sphere", "disc"]), "", Yes("shape = \"sphere\""), "A closed sphere, or a flat disc whose edge is held."),
+    field("radius", MEMBRANES, Number(&SIZE), "m", Yes("radius = 0.1"), "Radius of the unloaded membrane."),
+    field("thickness", MEMBRANES, Number(&SIZE), "m", Yes("thickness = 1e-3"), "Thickness of the unloaded membrane."),
+    field("law", MEMBRANES, Table(&LAW), "", Yes("law = { mooney = [24.0, 1.5] }"), "Energy of the incompressible material: neo_hookean, mooney or biderman."),
+]);
+#[rustfmt::skip]
+pub(super) static GAS: Spec = spec("gas", &[
+    field("contents", MEMBRANES, Number(&SIZE), "J", Yes("contents = 200.0"), "Content p V of gas in membrane and vessel, p absolute, at one temperature: the first state with it on the way from the unloaded membrane."),
+    field("volume", MEMBRANES, Number(&NON_NEGATIVE), "m³", Or("0.0"), "Volume of the vessel."),
+    field("outside", MEMBRANES, Number(&NON_NEGATIVE), "Pa", Or("0.0"), "Absolute pressure outside."),
+]);
+
+#[rustfmt::skip]
 pub(super) static LAW: Spec = spec("rod.law", &[
     field("linear", BAR, Number(&FINITE), "Pa", No, "The modulus E of stress = E (stretch - 1)."),
-    field("neo_hookean", BAR, Number(&FINITE), "Pa", No, "C of the energy C (I1 - 3) of an incompressible material."),
-    field("mooney", BAR, Numbers(2), "Pa", No, "C1, C2 of C1 (I1 - 3) + C2 (I2 - 3)."),
-    field("biderman", BAR, Numbers(4), "Pa", No, "B1 .. B4 of B1 (I1 - 3) + B2 (I1 - 3)^2 + B3 (I1 - 3)^3 + B4 (I2 - 3)."),
+    field("neo_hookean", BAR | MEMBRANES, Number(&FINITE), "Pa", No, "C of the energy C (I1 - 3) of an incompressible material."),
+    field("mooney", BAR | MEMBRANES, Numbers(2), "Pa", No, "C1, C2 of C1 (I1 - 3) + C2 (I2 - 3)."),
+    field("biderman", BAR | MEMBRANES, Numbers(4), "Pa", No, "B1 .. B4 of B1 (I1 - 3) + B2 (I1 - 3)^2 + B3 (I1 - 3)^3 + B4 (I2 - 3)."),
     field("polynomial", BAR, List, "Pa", No, "a1, a2, ... of stress = a1 e + a2 e^2 + ..., e = stretch - 1."),
     field("table", BAR, Rows(2), "1, Pa", No, "Rows [stretch, stress], both growing, one of them [1, 0]; a monotone cubic in between. A bar does not leave the table."),
 ]);
@@ -188,7 +244,7 @@ pub(super) static CIRCLE: Spec = spec("circle", &[
     field("diameter", IN_SPACE, SIZED, "m", Yes("diameter = 0.001"), "Diameter; it may vary along the rod."),
 ]);
 #[rustfmt::skip]
-pub(super) static TUBE: Spec = spec("tube", &[
+pub(super) static TUBE: Spec = spec("section.tube", &[
     field("diameter", PLANE, Number(&SIZE), "m", Yes("diameter = 0.002"), "Outer diameter."),
     field("thickness", PLANE, Number(&SIZE), "m", Yes("thickness = 0.0002"), "Thickness of the wall, less than half the diameter."),
     field("diameter", IN_SPACE, SIZED, "m", Yes("diameter = 0.002"), "Outer diameter; it may vary along the rod."),
@@ -402,7 +458,8 @@ pub(super) static BODY: Spec = Spec {
     fields: &[
     field("name", ASSEMBLY, Name, "", Yes("name = \"m\""), "The name of the body, letters, digits, - and _; each body has another."),
     field("mass", PLANE | BAR, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
-    field("shape", HIT, OneOf(&[Word(&["point"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles; without it a point at the end of the rod."),
+    field("shape", PLANE, OneOf(&[Word(&["point"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles; without it a point at the end of the rod."),
+    field("shape", SPACE | ASSEMBLY, OneOf(&[Word(&["point", "solid"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles and other bodies, about its centre of mass along its axes; \"solid\": that of its `solid`. Without it a point, the centre of mass."),
     field("mass", SPACE, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
     field("mass", ASSEMBLY, Number(&SIZE_OR_0), "kg", Yes("mass = 1.0"), "Mass of the body. 0 or left out, and no inertia: a node, which joins rods, bears loads and turns with the rods; at rest, or where all rods have inertia = \"full\"."),
     field("joint", SPACE, Word(&["weld", "ball", "hinge", "universal", "slider", "roller"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn (\"ball\"); or a rigid body on a joint with an axis, as in `to` of [[rod]]."),
@@ -426,6 +483,9 @@ pub(super) static BODY: Spec = Spec {
     field("rotational_drag", ASSEMBLY, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a body with inertia, in a motion."),
     field("guess", ASSEMBLY, Table(&GUESS), "", No, "Near where the equilibrium is looked for; of all bodies, or of none. Without it the search begins at the unloaded rods. Of bodies that nothing holds on the ground it says where the first of them starts, and near which shape of the rods."),
     field("groove", SPACE | ASSEMBLY, Table(&GROOVE), "", No, "A curve fixed in the world in which the origin of the body's frame, of one rod its end, slides without friction; it turns there freely. Of elastic rods, and with inertia = \"full\" of any; the force of the groove is reported."),
+    field("position", ASSEMBLY, Vector(&VALUE), "m", No, "Place of the origin of the body's frame at the start of a motion, of a body that no rod holds. Such bodies are written after the others."),
+    field("quaternion", ASSEMBLY, Numbers(4), "", No, "Orientation of the frame of a body with a `position`, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
+    field("rotation", ASSEMBLY, Table(&ROTATION), "", No, "Orientation of the frame of a body with a `position`, by axis and angle."),
     field("velocity", ASSEMBLY, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the origin of the body's frame at the start of a motion, in the world."),
     field("angular_velocity", ASSEMBLY, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a body with inertia at the start of a motion, in the world."),
     ],
@@ -481,7 +541,7 @@ pub(super) static START: Spec = spec("start", &[
     field("strain_rate", SPACE, Table(&STRAIN), "", No, "How fast the strains of a rod with mass change, each a polynomial in s / length, with `strain` and in place of velocities."),
     field("equilibrium", SPACE, Table(&EQUILIBRIUM), "", No, "The equilibrium under a load at the end."),
     field("pose", SPACE, Table(&POSE), "", No, "An equilibrium with the end held in a pose."),
-    field("rest", MOTION, Word(&["straight"]), "", No, "\"straight\": the unloaded rod, which leaves the clamp as that is turned; held so and let go."),
+    field("rest", MOTION, Word(&["straight"]), "", No, "\"straight\": the unloaded rod, with the pull of its tendons, which leaves the clamp as that is turned; held so and let go."),
     field("rest", ASSEMBLY, Word(&["straight"]), "", No, "\"straight\": the unloaded rods, where each leads to another body (no loops); held so and let go. Bodies that no rods join to the ground start so only."),
     field("imperfection", PLANE, Number(&IMPERFECTION), "rad", Or("0.0"), "With rest = \"straight\": the angle of the end of a rod that is bent by so little, as one is that begins to buckle; its sign is the side. A push along the rod beyond Euler's load needs it, for the straight rod is unstable then."),
     field("settled", RUNS, Flag, "", No, "true: the equilibrium under the loads at t = 0, a stable one if a few starts lead to one; of bodies with a guess, that to which it leads."),
@@ -491,6 +551,7 @@ pub(super) static START: Spec = spec("start", &[
     field("velocity", SPACE, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the end of the rod in the world, or on top of that of the clamp (`with_clamp`)."),
     field("angular_velocity", SPACE, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a welded body, likewise."),
     field("with_clamp", MOTION, Flag, "", Or("false"), "On a clamp that moves or turns already at t = 0 (as under a sine of phase 0): true, the velocities come on top of those at which it carries the end, so that a rod starts at rest on its clamp; false, they are those in the world, where the body stands still while the clamp moves off."),
+    field("stretch", MEMBRANES, Number(&STRETCH), "", No, "Stretch at the pole, at least 1; or [loads] pressure, or [gas]."),
     field("stretch", BAR, Number(&POSITIVE), "", Or("1.0"), "Uniform stretch of the bar."),
     field("velocity", BAR, Number(&FINITE), "m/s", Or("0.0"), "Uniform velocity of the bar along +X; beside a wall a blow."),
     field("wrench", STATICS, Numbers(6), "N m, N", No, "Where the search begins: base wrench (m1, m2, m3, n1, n2, n3) in the world; without it, the unloaded rod."),
@@ -540,6 +601,7 @@ pub(super) static LOADS: Spec = Spec {
     field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),
     field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
     field("force", MOTION, OneOf(&[Table(&FORCE), Array(&Table(&FORCE))]), "", No, "Forces in time at the centre of mass, added up: one table, or an array of them."),
+    field("pressure", MEMBRANES, Number(&NON_NEGATIVE), "Pa", No, "Pressure inside less outside: the first state with it on the way from the unloaded membrane; or [start] stretch, or [gas]."),
     field("force", BAR, Table(&FORCE), "", No, "A force in time along +X on the end X = length: tension where it is positive."),
     ],
     barred: &[
@@ -564,14 +626,14 @@ pub(super) static LISTED: Spec = spec("load", &[
     field("on", ONE, Word(&["end"]), "", No, "\"end\": the load acts on the end of the rod, in a motion on the body there (a force at its centre of mass). Or s, or from and to."),
     field("on", ASSEMBLY, Name, "", No, "The name of the body that the load acts on, a force at its centre of mass. Or rod with s, or with from and to."),
     field("rod", ASSEMBLY, Name, "", No, "The name of the rod that the load acts on, held at both ends."),
-    field("s", ANY, Number(&VALUE), "m", No, "The load acts at this arclength of the unloaded rod, inside the rod. In a motion of elastic rods alone."),
+    field("s", ANY, Number(&VALUE), "m", No, "The load acts at this arclength of the unloaded rod, inside the rod. In a motion on elastic rods without friction, and on rods with full mass in elements."),
     field("from", ANY, Number(&VALUE), "m", No, "The load acts along the rod from this arclength; force and couple are then per length."),
     field("to", ANY, Number(&VALUE), "m", No, "Arclength at which a load along the rod ends."),
     field("force", STATICS, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force, in the world, or along the directors where `follows` is true."),
     field("force", RUNS, LOAD, "N", Or("[0.0, 0.0, 0.0]"), "Force, in the world, or along the directors where `follows` is true; on a body it may be in time, as body.force of an assembly."),
     field("couple", STATICS, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise."),
     field("couple", SPACE | ASSEMBLY, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise; on a body with inertia."),
-    field("follows", IN_SPACE, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors. On a rod at rest alone."),
+    field("follows", IN_SPACE, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors. In a motion on rods with full mass, and on bodies."),
     field("factor", ANY, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple on a rod, for branches: load.0.factor."),
 ]);
 #[rustfmt::skip]
@@ -651,6 +713,11 @@ pub(super) static SOLVE: Spec = spec("solve", &[
 ]);
 #[rustfmt::skip]
 pub(super) static CONTINUE: Spec = spec("continue", &[
+    field("parameter", TUBES, Word(&["outside.pressure", "tube.area"]), "", Yes("parameter = \"outside.pressure\""), "What varies."),
+    field("parameter", MEMBRANES, Word(&["membrane.stretch"]), "", Yes("parameter = \"membrane.stretch\""), "What varies: the stretch at the pole."),
+    field("from", WALL, Number(&VALUE), "", Yes("from = 1.0"), "Its first value."),
+    field("to", WALL, Number(&VALUE), "", Yes("to = 2.0"), "Its last value."),
+    field("points", WALL, Count(2, 100_000), "", Or("101"), "Points at equal steps of the parameter; special points come besides."),
     field("parameter", STATICS | ASSEMBLY, PATH, "", Yes("parameter = \"end.force.x\""), "What varies: the path of a number of the scene, such as end.load, or loads.load under a load along the rod; of an assembly a component of a constant force or couple of a body, body.NAME.force.z, loads.gravity.z, or a place on the ground, rod.NAME.from.position.x or rod.NAME.to.rotation.angle. Numbers in place of names and letters are read, too: body[0].force[2]."),
     field("from", STATICS | ASSEMBLY, Number(&VALUE), "", No, "Its first value; without it the one in the scene."),
     field("to", STATICS | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The value at which the branch ends."),

@@ -202,7 +202,9 @@ fn carried(body: Option<&Body>, loads: &Loads, start: &Start) -> AssemblyBody {
         drag: loads.drag,
         rotational_drag: loads.rotational_drag,
         guess: None,
+        place: None,
         groove: body.and_then(|body| body.groove.clone()),
+        shape: body.and_then(|body| body.shape),
         velocity: start.velocity,
         angular_velocity: start.angular_velocity,
     }

@@ -1,6 +1,6 @@
 //! Recognition of the kind of a scene from its content.
 
-use super::fields::{ASSEMBLY, BAR, Kinds, PLANE, SPACE, STATICS};
+use super::fields::{ASSEMBLY, BAR, Kinds, MEMBRANES, PLANE, SPACE, STATICS, TUBES};
 use super::phrases::nearest;
 use crate::scene::Model;
 use toml::Spanned;
@@ -36,11 +36,20 @@ fn is_motion(document: &DeTable) -> bool {
 
 /// The kind of a scene. Without a valid `rod.model` the other tables and fields decide.
 pub(super) fn scene_kind(document: &DeTable) -> Kinds {
-    if document
-        .get("rod")
-        .is_some_and(|rod| rod.get_ref().is_array())
-    {
+    let is_list = |name: &str| {
+        let table = document.get(name);
+        table.is_some_and(|table| table.get_ref().is_array())
+    };
+    if is_list("rod") || !document.contains_key("rod") && is_list("body") {
         return ASSEMBLY;
+    }
+    if !document.contains_key("rod") {
+        if document.contains_key("tube") {
+            return TUBES;
+        }
+        if document.contains_key("membrane") {
+            return MEMBRANES;
+        }
     }
     match (guess_model(document), is_motion(document)) {
         (Model::Bar, _) => BAR,

@@ -33,6 +33,8 @@ pub(super) struct BearingRod<'a> {
     pub length: f64,
     /// True for a rod with friction or full mass: its state is a field of strains.
     pub has_nodes: bool,
+    /// True for a rod with full mass.
+    pub is_heavy: bool,
 }
 
 impl<'a> BearingRod<'a> {
@@ -41,6 +43,7 @@ impl<'a> BearingRod<'a> {
             name,
             length: rod.length,
             has_nodes: rod.damping.is_some() || rod.is_heavy(),
+            is_heavy: rod.is_heavy(),
         }
     }
 }
@@ -170,9 +173,13 @@ fn on_rod(table: &Table, rod: usize, load: &RodLoad, bearers: &Bearers) -> Optio
         }
         return Some(());
     }
+    let bearer = bearers.rods.get(rod);
+    // Nodes of a rod with full mass carry every load.
+    if bearer.is_some_and(|rod| rod.is_heavy) {
+        return Some(());
+    }
     if load.follows && bearers.motion {
-        let hint =
-            "follower loads on a rod are for statics; a load that follows a body acts `on` it";
+        let hint = "in a motion follower loads act on rods with inertia = \"full\"; a load that follows a body acts `on` it";
         return table.refuse(
             FaultKind::Conflict,
             "follows",
@@ -181,7 +188,7 @@ fn on_rod(table: &Table, rod: usize, load: &RodLoad, bearers: &Bearers) -> Optio
         );
     }
     if load.couple != [0.0; 3] && bearers.motion {
-        let hint = "couples on a rod are for statics; a couple on a body acts `on` it";
+        let hint = "in a motion couples act on rods with inertia = \"full\"; a couple on a body acts `on` it";
         return table.refuse(
             FaultKind::Conflict,
             "couple",
@@ -189,14 +196,13 @@ fn on_rod(table: &Table, rod: usize, load: &RodLoad, bearers: &Bearers) -> Optio
             hint,
         );
     }
-    let bearer = bearers.rods.get(rod);
     if load.is_at_station() && bearers.motion && bearer.is_some_and(|rod| rod.has_nodes) {
-        let hint = "a force at one place needs an elastic rod, without damping and without inertia = \"full\"; write a short part of the rod, from and to, \
+        let hint = "a force at one place needs an elastic rod, or one with inertia = \"full\"; write a short part of the rod, from and to, \
                     with the force per length, or two rods that a body joins";
         return table.refuse(
             FaultKind::Conflict,
             "s",
-            "left out of a rod with friction or with its full mass in a motion",
+            "left out of a rod with friction and without mass in a motion",
             hint,
         );
     }

@@ -34,6 +34,7 @@ mod station;
 mod table;
 mod tendon;
 mod varying;
+mod wall;
 
 use super::Scene;
 pub use document::{json_schema, reference};

@@ -2,23 +2,28 @@
 
 use super::assembly::plain_name;
 use super::ends::{direction, motion, rotation};
-use super::fields::{Form, Kinds, Need, PLANE, ROTATION, SHAKE, STATICS, Spec, field, spec};
+use super::fields::{
+    ASSEMBLY, CLAMP_MOTION, Form, Kinds, Need, PLANE, ROTATION, RUNS, SOLID as MATTER, SPACE,
+    STATICS, Spec, field, spec,
+};
 use super::ranges::{FINITE, NON_NEGATIVE, POSITIVE, Rule, SILENT, SIZE, VALUE};
 use super::table::{Absent, Table};
 use crate::contact::ImpactLaw;
 use crate::motion::LandingRule;
 use crate::obstacle;
 use crate::scene::{
-    BodyShape, ContactRules, FaultKind, Obstacle, ObstacleShape, RodsInContact, Scene,
+    BodyShape, ContactPair, ContactRules, FaultKind, Obstacle, ObstacleShape, RodsInContact, Scene,
 };
 use nalgebra::Vector2;
 
 /// Most obstacles of a scene.
 const OBSTACLES: usize = 100;
 /// Kinds of scenes with obstacles.
-pub(super) const ON: Kinds = STATICS | PLANE;
+pub(super) const ON: Kinds = STATICS | RUNS;
 /// Kinds of scenes in which bodies hit obstacles.
-pub(super) const HIT: Kinds = PLANE;
+pub(super) const HIT: Kinds = RUNS;
+/// Kinds of scenes with bodies that turn.
+const TURNING: Kinds = SPACE | ASSEMBLY;
 /// Kinds of scenes with obstacles in space.
 const SOLID: Kinds = ON & !PLANE;
 
@@ -48,7 +53,8 @@ pub(super) static OBSTACLE: Spec = spec("obstacle", &[
     field("polygon", PLANE, Form::Rows(2), "m", Need::No, "Corners [x, y] of a convex polygon, from 3 to 250, either way round."),
     field("friction", HIT, Form::Number(&FRICTION), "", Need::No, "Coefficient of Coulomb friction between the surfaces; without it that of [contact]."),
     field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::No, "Restitution of bodies that hit the obstacle, 0 (no bounce) to 1 (no loss); without it that of [contact]."),
-    field("motion", HIT, Form::Table(&OBSTACLE_MOTION), "", Need::No, "How the obstacle moves, from its place; without it the obstacle stands."),
+    field("touches", HIT, Form::Array(&Form::Name), "", Need::No, "Names of the rods and bodies that touch the obstacle; without it all. One rod is called \"rod\", its body \"body\"."),
+    field("motion", HIT, Form::Table(&CLAMP_MOTION), "", Need::No, "How the obstacle moves from its place, and turns about its `point`, its `centre`, or its middle; written as the motion of a clamp. Without it the obstacle stands."),
 ]);
 #[rustfmt::skip]
 static HALF_SPACE: Spec = spec("obstacle.plane", &[
@@ -68,21 +74,27 @@ static SEGMENT: Spec = spec("obstacle.segment", &[
     field("radius", PLANE, Form::Number(&NON_NEGATIVE), "m", Need::Yes("radius = 0.01"), "Distance of the surface from the segment."),
 ]);
 #[rustfmt::skip]
-static OBSTACLE_MOTION: Spec = spec("obstacle.motion", &[
-    field("translate", HIT, Form::OneOf(&[Form::Array(&Form::List), Form::Table(&SHAKE)]), "s, m", Need::Yes("translate = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1]]"),
-        "Displacement from its place: rows [t, x, y], smooth between them and at rest before and after; or a sine along a direction."),
+static PAIR: Spec = spec("contact.pairs", &[
+    field("between", HIT, Form::Array(&Form::Name), "", Need::Yes("between = [\"ball\", \"floor\"]"), "Names of a body and of an obstacle, or of two bodies."),
+    field("friction", HIT, Form::Number(&FRICTION), "", Need::No, "Coefficient of Coulomb friction of the pair."),
+    field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::No, "Restitution of the pair."),
+    field("apart", HIT, Form::Flag, "", Need::Or("false"), "true: the two pass through each other."),
 ]);
 #[rustfmt::skip]
 pub(super) static CONTACT: Spec = spec("contact", &[
     field("friction", HIT, Form::Number(&FRICTION), "", Need::Or("0.0"), "Coefficient of Coulomb friction of obstacles that do not say their own."),
     field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::Or("0.0"), "Restitution of obstacles that do not say their own."),
     field("law", HIT, Form::Word(&["stronge", "poisson", "newton"]), "", Need::Or("\"stronge\""), "What the restitution is: a ratio of works, of impulses, or of normal velocities. The three agree for bodies that do not turn."),
-    field("rods", HIT, Form::Word(&["all", "none"]), "", Need::Or("\"all\""), "\"all\": the run ends where the rod touches an obstacle. \"none\": the rod passes through obstacles, and its body alone hits them."),
+    field("pairs", HIT, Form::Array(&Form::Table(&PAIR)), "", Need::No, "Surfaces of single pairs, each a table such as { between = [\"ball\", \"floor\"], friction = 0.2, restitution = 0.8 }."),
+    field("rods", HIT, Form::Word(&["all", "none"]), "", Need::Or("\"all\""), "\"all\": rods touch obstacles, planar ones at points; the run ends where that is not followed. \"none\": rods pass through obstacles, and bodies alone hit them."),
     field("settle_speed", HIT, Form::Number(&POSITIVE), "m/s", Need::No, "Normal speed after an impact below which the bounces that are left are summed up; without it 1e-6 sqrt(EI/(mass length))."),
 ]);
 #[rustfmt::skip]
 pub(super) static BODY_SHAPE: Spec = spec("body.shape", &[
-    field("ball", HIT, Form::Number(&SIZE), "m", Need::Yes("ball = 0.04"), "Diameter of a ball about the end of the rod."),
+    field("ball", HIT, Form::Number(&SIZE), "m", Need::No, "Diameter of a ball about the centre of mass."),
+    field("capsule", TURNING, Form::Numbers(2), "m", Need::No, "Diameter, and distance of the centres of the half balls, of a cylinder between two half balls along the third axis."),
+    field("cylinder", TURNING, Form::Numbers(2), "m", Need::No, "Diameter and length, both > 0, of a cylinder with flat ends along the third axis."),
+    field("box", TURNING, Form::Numbers(3), "m", Need::No, "Sides of a box along the three axes; one of them may be 0, which makes a plate."),
 ]);
 #[rustfmt::skip]
 static CYLINDER: Spec = spec("obstacle.cylinder", &[
@@ -209,46 +221,185 @@ fn obstacle(table: &Table) -> Option<Obstacle> {
         }
     };
     let (friction, restitution) = (surface("friction"), surface("restitution"));
-    let motion = if hits { moves(table) } else { Some(None) };
+    let motion = if hits { motion(table) } else { Some(None) };
+    let touches = if table.knows("touches") {
+        names_of(table, "touches")
+    } else {
+        Some(None)
+    };
     Some(Obstacle {
         name: name?.unwrap_or_default(),
         shape: shape?,
         friction: friction?,
         restitution: restitution?,
         motion: motion?,
+        touches: touches?,
     })
 }
 
-/// Reads the motion of an obstacle.
-fn moves(table: &Table) -> Option<Option<crate::scene::ClampMotion>> {
-    if !table.has("motion") {
-        return Some(None);
-    }
-    // Obstacles only translate: the reader reports a turn as an unknown field.
-    let inner = table.inner("motion", &OBSTACLE_MOTION)?;
-    let whole = motion(table)?;
-    inner.has("translate").then_some(whole).or_else(|| {
-        let allowed = "an array of rows [t, x, y] of growing times, or a table of a sine";
-        inner.missing(
-            "translate",
-            allowed,
-            "translate = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1]]",
-        );
-        None
+/// Reads a list of names.
+fn names_of(table: &Table, name: &str) -> Option<Option<Vec<String>>> {
+    let allowed = "an array of names";
+    table.maybe(name, |field, value| {
+        let word = |field: &str, value| {
+            plain_name(
+                table.reader,
+                field,
+                value,
+                "a name of letters, digits, _ and -",
+            )
+            .map(str::to_owned)
+        };
+        table.reader.all(field, value, allowed, &word)
     })
+}
+
+/// Reads the surfaces of one pair.
+fn pair(table: &Table) -> Option<ContactPair> {
+    let between = names_of(table, "between");
+    let (friction, restitution) = (table.optional("friction"), table.optional("restitution"));
+    let apart = table.flag("apart");
+    if !table.has("between") {
+        table.missing(
+            "between",
+            "two names of bodies and obstacles",
+            "between = [\"ball\", \"floor\"]",
+        );
+        return None;
+    }
+    let between: Result<[String; 2], _> = between??.try_into();
+    let Ok(between) = between else {
+        let allowed = "two names of bodies and obstacles";
+        return table.refuse(FaultKind::Value, "between", allowed, None);
+    };
+    Some(ContactPair {
+        between,
+        friction: friction?,
+        restitution: restitution?,
+        apart: apart?,
+    })
+}
+
+/// True if all names of `touches` and `pairs` are known; otherwise reports the others.
+fn names_are_known(top: &Table, scene: &Scene) -> bool {
+    let (bodies, rods) = scene.names_in_contact();
+    let list = |names: &mut dyn Iterator<Item = &String>| {
+        let names: Vec<String> = names.map(|name| format!("{name:?}")).collect();
+        names.join(", ")
+    };
+    for obstacle in &scene.obstacles {
+        let named = obstacle.touches.iter().flatten();
+        let mut unknown = named.filter(|name| !bodies.contains(*name) && !rods.contains(*name));
+        if let Some(name) = unknown.next() {
+            let hint = format!(
+                "the obstacle {:?} touches {name:?}, which is not there",
+                obstacle.name
+            );
+            let allowed = format!(
+                "with names in `touches` of {}",
+                list(&mut bodies.iter().chain(&rods))
+            );
+            top.fault(FaultKind::Value, "obstacle", allowed, hint);
+            return false;
+        }
+    }
+    let obstacles: Vec<String> = scene
+        .obstacles
+        .iter()
+        .map(|each| each.name.clone())
+        .collect();
+    for pair in &scene.contact.pairs {
+        let [a, b] = &pair.between;
+        let is_body = |name: &String| bodies.contains(name);
+        let known = |name: &String| is_body(name) || obstacles.contains(name);
+        let fits = known(a) && known(b) && (is_body(a) || is_body(b)) && a != b;
+        if !fits {
+            let hint = format!("{a:?} and {b:?} are no such pair");
+            let allowed = format!(
+                "with two names in each of `pairs`, of a body and of another body or an obstacle: {}",
+                list(&mut bodies.iter().chain(&obstacles))
+            );
+            top.fault(FaultKind::Value, "contact", allowed, hint);
+            return false;
+        }
+    }
+    true
 }
 
 /// Reads the shape of a body.
 pub(super) fn body_shape(table: &Table) -> Option<Option<BodyShape>> {
-    let allowed = "\"point\", or a table such as { ball = 0.04 }";
+    let turns = table.reader.kind.get() & TURNING != 0;
+    let allowed = if turns {
+        "\"point\", \"solid\", or a table such as { ball = 0.04 }"
+    } else {
+        "\"point\", or a table such as { ball = 0.04 }"
+    };
     table.maybe("shape", |field, value| {
         if value.get_ref().is_table() {
-            let shape = table.reader.table(field, value, &BODY_SHAPE, allowed)?;
-            return shape.number("ball").map(BodyShape::Ball);
+            return solid_shape(&table.reader.table(field, value, &BODY_SHAPE, allowed)?);
         }
-        let words = [("point", BodyShape::Point)];
-        table.reader.choice(field, value, &words, allowed)
+        match value.get_ref().as_str() {
+            Some("solid") if turns && table.has("solid") => {
+                solid_shape(&table.inner("solid", &MATTER)?)
+            }
+            Some("solid") if turns => {
+                let hint = "the body has no `solid`: write one, or the shape as a table";
+                table
+                    .reader
+                    .refuse(FaultKind::Conflict, field, value, allowed, hint)
+            }
+            _ => {
+                let words = [("point", BodyShape::Point)];
+                table.reader.choice(field, value, &words, allowed)
+            }
+        }
     })
+}
+
+/// Reads the shape of a solid.
+fn solid_shape(table: &Table) -> Option<BodyShape> {
+    let shapes = ["ball", "capsule", "cylinder", "box"];
+    let known: Vec<&str> = (shapes.into_iter())
+        .filter(|shape| table.knows(shape))
+        .collect();
+    let allowed = format!("one of {}", known.join(", "));
+    let one = match table.given(&shapes)[..] {
+        [one] => one,
+        [] => {
+            table.missing("ball", &allowed, "ball = 0.04");
+            return None;
+        }
+        [.., last] => {
+            table.fault(FaultKind::Conflict, last, &allowed, "keep one of them");
+            return None;
+        }
+    };
+    let reader = table.reader;
+    let number = |field: &str, value: &_| reader.number(field, value, &SIZE);
+    let two = "an array of two finite numbers > 0, [diameter, length]";
+    match one {
+        "ball" => table.optional("ball")?.map(BodyShape::Ball),
+        "box" => table
+            .maybe("box", |field, value| {
+                let sides: [f64; 3] = reader.vector(field, value, &NON_NEGATIVE)?;
+                if sides.iter().filter(|side| **side == 0.0).count() > 1 {
+                    let allowed = "three sides > 0; one of them may be 0, which makes a plate";
+                    return reader.refuse(FaultKind::Value, field, value, allowed, None);
+                }
+                Some(sides)
+            })?
+            .map(BodyShape::Box),
+        round => {
+            let sizes = table.maybe(round, |field, value| {
+                reader.array(field, value, two, &number)
+            })?;
+            sizes.map(if round == "capsule" {
+                BodyShape::Capsule
+            } else {
+                BodyShape::Cylinder
+            })
+        }
+    }
 }
 
 /// Reads `[contact]`.
@@ -258,69 +409,115 @@ pub(super) fn contact(table: &Table) -> Option<ContactRules> {
     let law = table.word("law", &laws);
     let rods = table.word("rods", &[RodsInContact::All, RodsInContact::None]);
     let settle_speed = table.optional("settle_speed");
+    let words = "an array of tables such as { between = [\"ball\", \"floor\"], friction = 0.2 }";
+    let pairs = table.maybe("pairs", |field, value| {
+        let read = |field: &str, value| pair(&table.reader.table(field, value, &PAIR, words)?);
+        table.reader.all(field, value, words, &read)
+    });
     Some(ContactRules {
         friction: friction?,
         restitution: restitution?,
         law: law?,
         rods: rods?,
         settle_speed: settle_speed?,
+        pairs: pairs?.unwrap_or_default(),
     })
 }
 
 /// True if a motion can follow the contacts of the scene; otherwise reports why not, at `[[obstacle]]`.
 pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
-    if scene.obstacles.is_empty() || !scene.is_motion() {
+    if !scene.has_contact() {
         return true;
     }
+    let at = if scene.obstacles.is_empty() {
+        "body"
+    } else {
+        "obstacle"
+    };
+    let refuse = |allowed: &str, hint: &str| {
+        top.fault(FaultKind::Conflict, at, allowed, hint);
+        false
+    };
+    if !scene.is_motion() {
+        let hint = "at rest one rod in space touches obstacles, written with [rod]; with [run] the bodies of an assembly hit obstacles";
+        return !scene.is_assembly() || refuse("left out of an assembly at rest", hint);
+    }
     let run = scene.run.as_ref();
-    let rod = &scene.rod;
-    let (allowed, hint) = if rod.is_heavy() {
-        (
-            "left out where the rod has inertia = \"full\"",
+    let rods = scene.every_rod();
+    if rods.iter().any(|rod| rod.is_heavy()) {
+        return refuse(
+            "left out where a rod has inertia = \"full\"",
             "contact is followed of bodies on rods without mass: write inertia = \"none\"",
-        )
-    } else if rod.damping.is_some() {
-        (
+        );
+    }
+    if rods.iter().any(|rod| rod.damping.is_some()) {
+        return refuse(
             "left out where the rod has damping",
             "contact is followed of bodies on elastic rods: leave out rod.damping",
-        )
-    } else if scene.clamp.motion.is_some() {
-        (
+        );
+    }
+    if scene.is_planar() && scene.clamp.motion.is_some() {
+        return refuse(
             "left out where the clamp moves",
             "an obstacle may move in its place: write `motion` in [[obstacle]], and leave out clamp.motion",
-        )
-    } else if scene.is_loaded_along() {
-        (
-            "left out where the rod bears a load along it",
+        );
+    }
+    if scene.is_planar() && scene.is_loaded_along() {
+        return refuse(
+            "left out where a planar rod bears a load along it",
             "leave out the rod's mass, loads.distributed and [[load]] on the rod",
-        )
-    } else if run.is_some_and(|run| run.landing == LandingRule::All) {
-        (
+        );
+    }
+    if scene.has_groove() {
+        return refuse(
+            "left out where a body slides in a groove",
+            "bodies in grooves hit nothing: leave out the groove",
+        );
+    }
+    if run.is_some_and(|run| run.landing == LandingRule::All) {
+        return refuse(
             "left out where run.landing = \"all\"",
             "a run among obstacles follows one landing: write another rule",
-        )
-    } else if run.is_some_and(|run| run.method == crate::scene::Method::Symmetric) {
-        (
+        );
+    }
+    if run.is_some_and(|run| run.method == crate::scene::Method::Symmetric) {
+        return refuse(
             "left out where run.method = \"symmetric\"",
             "impacts are not reversible: leave out run.method",
-        )
-    } else {
-        let ball = scene.body.as_ref().and_then(|body| body.shape);
-        let rubs = |obstacle: &Obstacle| obstacle.friction.unwrap_or(scene.contact.friction) > 0.0;
-        if matches!(ball, Some(BodyShape::Ball(_))) && scene.obstacles.iter().any(rubs) {
-            let hint = "the body of a rod in the plane is a point that does not turn, and friction would turn a ball; write shape = \"point\", or friction = 0";
-            top.fault(
-                FaultKind::Conflict,
-                "obstacle",
-                "without friction where body.shape is a ball",
-                hint,
-            );
-            return false;
-        }
-        return true;
-    };
-    top.fault(FaultKind::Conflict, "obstacle", allowed, hint);
-    false
+        );
+    }
+    if !names_are_known(top, scene) {
+        return false;
+    }
+    if run.is_some_and(|run| run.method == crate::scene::Method::Implicit) {
+        return refuse(
+            "left out where run.method = \"implicit\"",
+            "steps among obstacles are explicit: leave out run.method",
+        );
+    }
+    let points: Vec<BodyShape> = scene.shapes_of_points().collect();
+    let long = |shape: &BodyShape| !matches!(shape, BodyShape::Point | BodyShape::Ball(_));
+    if points.iter().any(long) {
+        return refuse(
+            "of a point mass a point or a ball, whose directions do not matter",
+            "a body that turns has an inertia: write `inertia`, or a `solid`",
+        );
+    }
+    let rubs = |obstacle: &Obstacle| obstacle.friction.unwrap_or(scene.contact.friction) > 0.0;
+    let rubs = scene.contact.friction > 0.0
+        || scene.obstacles.iter().any(rubs)
+        || (scene.contact.pairs.iter()).any(|pair| pair.friction.is_some_and(|mu| mu > 0.0));
+    if rubs
+        && points
+            .iter()
+            .any(|shape| matches!(shape, BodyShape::Ball(_)))
+    {
+        return refuse(
+            "without friction where the shape of a point mass is a ball",
+            "a point mass does not turn, and friction would turn a ball; write shape = \"point\", friction = 0, or a body with an inertia",
+        );
+    }
+    true
 }
 
 fn disc(table: &Table) -> Option<ObstacleShape> {

@@ -28,6 +28,15 @@ pub(super) static NON_NEGATIVE: Rule = Rule {
     holds: |x| (0.0..f64::INFINITY).contains(&x),
     hint: SILENT,
 };
+pub(super) static STRETCH: Rule = Rule {
+    allowed: "a finite number >= 1",
+    holds: |x| (1.0..f64::INFINITY).contains(&x),
+    hint: |x| {
+        (0.0..1.0)
+            .contains(&x)
+            .then_some("a compressed membrane wrinkles")
+    },
+};
 /// Bounds on sizes within which all derived scales neither over- nor underflow.
 pub(super) const SIZES: (f64, f64) = (1e-40, 1e40);
 /// A number whose square is finite.

@@ -48,6 +48,8 @@ pub(super) struct Reader<'a> {
     /// Start bytes of the values of misspelt fields.
     slips: RefCell<Vec<usize>>,
     more: Cell<usize>,
+    /// True if an override could not be set: fields may be missing because of it.
+    unset: Cell<bool>,
 }
 
 impl<'a> Reader<'a> {
@@ -58,6 +60,7 @@ impl<'a> Reader<'a> {
             faults: RefCell::default(),
             slips: RefCell::default(),
             more: Cell::new(0),
+            unset: Cell::new(false),
         }
     }
 
@@ -67,7 +70,12 @@ impl<'a> Reader<'a> {
     }
 
     pub fn into_faults(self) -> Faults {
-        Faults::new(self.faults.into_inner(), self.more.get())
+        let mut faults = self.faults.into_inner();
+        if self.unset.get() {
+            // An override that failed may have been to add the missing field, or to end the conflict.
+            faults.retain(|f| !matches!(f.kind, FaultKind::Missing | FaultKind::Conflict));
+        }
+        Faults::new(faults, self.more.get())
     }
 
     pub fn is_clean(&self) -> bool {
@@ -84,7 +92,7 @@ impl<'a> Reader<'a> {
         self.more.set(self.more.get() + 1);
     }
 
-    /// The document with its overrides, or `None` after syntax faults.
+    /// The document with the overrides that can be set, or `None` if the document is not TOML.
     pub fn document(&self) -> Option<DeTable<'a>> {
         let mut document = match DeTable::parse(self.text.document()) {
             Ok(document) => document.into_inner(),
@@ -97,9 +105,10 @@ impl<'a> Reader<'a> {
         for (start, text) in self.text.overrides() {
             if let Err(OverrideError { at, message }) = apply(&mut document, start, text) {
                 self.syntax(at, &message);
+                self.unset.set(true);
             }
         }
-        self.is_clean().then_some(document)
+        Some(document)
     }
 
     /// Records that the text is not TOML from byte `at` on.

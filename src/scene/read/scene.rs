@@ -5,8 +5,8 @@ use super::bar::bar;
 use super::branch::continuation;
 use super::ends::{body, clamp, end, in_reach};
 use super::fields::{
-    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, ROD, RUN, SOLVE, SPACE, START,
-    STATICS, Spec, TOP,
+    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, MEMBRANES, PLANE, ROD, RUN, SOLVE,
+    SPACE, START, STATICS, Spec, TOP, TUBES,
 };
 use super::jointed::EndJoints;
 use super::kind::scene_kind;
@@ -21,6 +21,7 @@ use super::start::{Known, start};
 use super::station::stations;
 use super::table::{Absent, Table};
 use super::tendon::is_driven_as_known;
+use super::wall::{membrane, tube};
 use crate::scene::lower::heavy_in_space;
 use crate::scene::{
     Clamp, ContactRules, End, FaultKind, Faults, Loads, Scene, SceneKind, Solve, Start, Units,
@@ -40,6 +41,8 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
         match reader.kind.get() {
             ASSEMBLY => assembly(&top),
             BAR => bar(&top),
+            TUBES => tube(&top),
+            MEMBRANES => membrane(&top),
             _ => resolve(&top),
         }
     });
@@ -317,13 +320,16 @@ pub(super) fn default<'a, T>(
     }
 }
 
-/// Reads the system of units; SI for a rod of a material.
+/// Reads the system of units; SI for a rod or a tube of a material.
 pub(super) fn units(top: &Table) -> Option<Units> {
     let material = |rod: &DeValue| {
         let rod = rod.as_table();
         rod.is_some_and(|rod| rod.contains_key("material"))
     };
-    let given = top.get("rod").map(Spanned::get_ref);
+    let given = top
+        .get("rod")
+        .or_else(|| top.get("tube"))
+        .map(Spanned::get_ref);
     let default = if given.is_some_and(|rod| match rod.as_array() {
         Some(rods) => rods.iter().any(|rod| material(rod.get_ref())),
         None => material(rod),

@@ -157,8 +157,18 @@ pub(super) fn apply<'a>(
     };
     let offset = start + text.len() - value.trim_start().len();
     let mut value = DeValue::parse(value.trim()).map_err(|error| {
+        let is_bare_list = value.contains(',') && !value.trim_start().starts_with(['[', '{', '"']);
+        let advice = if is_bare_list {
+            format!(
+                "a list needs its brackets: {}=[{}]",
+                path.trim(),
+                value.trim()
+            )
+        } else {
+            "a word needs its quotes: rod.model=\\\"elastica\\\"".to_owned()
+        };
         refuse(format!(
-            "{}; the value is TOML, so that a word needs its quotes: rod.model=\\\"elastica\\\"",
+            "{}; the value is TOML, so that {advice}",
             error.message()
         ))
     })?;

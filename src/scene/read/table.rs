@@ -1,6 +1,8 @@
 //! A table of the document, with readers for the forms of its fields.
 
-use super::fields::{ASSEMBLY, BAR, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
+use super::fields::{
+    ASSEMBLY, BAR, Field, Form, HOMES, Kinds, MEMBRANES, Need, PLANE, SPACE, Spec, TUBES,
+};
 use super::kind::MODELS;
 use super::phrases::{listed, nearest, shorten, vector_words};
 use super::ranges::{FINITE, Rule};
@@ -119,6 +121,11 @@ impl<'a> Table<'a> {
             PLANE => format!("`{name}` is for scenes in the plane, rod.model = \"elastica\""),
             SPACE => {
                 format!("`{name}` is for motions in space, rod.model = \"cosserat\" with [run]")
+            }
+            TUBES | MEMBRANES => {
+                format!(
+                    "`{name}` is for walls under pressure, [tube] or [membrane] in place of [rod]"
+                )
             }
             BAR => format!("`{name}` is for bars in longitudinal motion, rod.model = \"bar\""),
             ASSEMBLY => format!("`{name}` is for assemblies, [[rod]] and [[body]]"),

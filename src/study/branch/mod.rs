@@ -177,6 +177,11 @@ fn left_chart_error() -> Error {
 
 /// Error for a scene without `[continue]`.
 fn missing(scene: &Scene) -> Error {
+    if scene.wall().is_some() {
+        return Error::domain(
+            "this is a wall under pressure, whose branches `snaprod branch` and `study::wall::branch` follow",
+        );
+    }
     let example = match scene.assembly() {
         Some(_) => "body.NAME.force.z",
         None => "end.load",

@@ -2,17 +2,17 @@
 //! their times.
 
 use super::Posed;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, UnitQuaternion};
 use std::fmt::Write;
 
 /// Numbers of cell types in VTK.
 const VERTEX: u8 = 1;
 const POLYLINE: u8 = 4;
 
-/// Rods as lines and bodies as points. Point data: `d1`, `d2`, `d3`, the directors of a section or axes of a body
-/// frame; `s`, the arclength in the unstrained rod (0 for a body); `velocity` of bodies (0 for sections, whose
-/// velocities are not computed). Cell data: `rod`, the index of the rod (-1 for bodies), and `body`, the index of the
-/// body (-1 for rods).
+/// Rods as lines, bodies and places of contacts as points. Point data: `d1`, `d2`, `d3`, the directors of a section or
+/// axes of a body frame; `s`, the arclength in the unstrained rod (0 for a body); `velocity` of bodies (0 for sections,
+/// whose velocities are not computed). A run with contacts has `contact_force`, the force on the body. Cell data:
+/// `rod`, the index of the rod, and `body`, the index of the body; -1 for others.
 pub fn vtk_frame(at: &Posed) -> String {
     let mut points: Vec<(f64, Isometry3<f64>, [f64; 3])> = Vec::new();
     let mut cells: Vec<(u8, usize, [i64; 2])> = Vec::new();
@@ -23,6 +23,13 @@ pub fn vtk_frame(at: &Posed) -> String {
     for (k, body) in at.now.bodies.iter().enumerate() {
         points.push((0.0, body.pose, body.velocity.into()));
         cells.push((VERTEX, points.len(), [-1, k as i64]));
+    }
+    let mut forces = vec![[0.0; 3]; points.len()];
+    for contact in at.now.contact.iter().flat_map(|all| &all.contacts) {
+        let place = Isometry3::from_parts(contact.point.into(), UnitQuaternion::identity());
+        points.push((0.0, place, [0.0; 3]));
+        cells.push((VERTEX, points.len(), [-1, -1]));
+        forces.push((contact.normal * contact.normal_force + contact.friction).into());
     }
     let axis = |i: usize| {
         let axes = points.iter().map(move |(_, pose, _)| {
@@ -54,6 +61,9 @@ pub fn vtk_frame(at: &Posed) -> String {
         array(&mut text, "Float64", name, axis(i));
     }
     array(&mut text, "Float64", "velocity", velocities);
+    if at.now.contact.is_some() {
+        array(&mut text, "Float64", "contact_force", forces);
+    }
     text += "</PointData>\n<CellData>\n";
     array(
         &mut text,

@@ -146,10 +146,14 @@ impl Task<'_> {
         }
         let bodies = assembly.bodies();
         let mut laws = assembly.links.iter().map(|link| &link.rod.given.law);
-        let lossy = laws.any(|law| law.is_damped())
+        // Loads that turn with rods have no potential: small motions under such loads have eigenvalues.
+        let mut rods = assembly.links.iter().map(|link| &link.rod.given);
+        let turning = rods.any(|rod| rod.turning.is_some());
+        let lossy = turning
+            || laws.any(|law| law.is_damped())
             || assembly.has_friction_in_joints()
             || !bodies.iter().all(is_simple);
-        let followed = bodies.iter().any(|body| body.is_followed(0.0));
+        let followed = turning || bodies.iter().any(|body| body.is_followed(0.0));
         let mode = |mode: &Vibration| -> Result<FoundMode> {
             let step = NUDGE / mode.shape.amax();
             let at = |by: f64| stations(assembly, &assembly.displaced(y, &mode.shape, by));

@@ -7,6 +7,7 @@ mod forecast;
 mod rod;
 mod statics;
 mod trial;
+mod wall;
 
 pub use forecast::Forecast;
 pub use trial::Trial;
@@ -88,6 +89,9 @@ pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
     if scene.is_bar() {
         return bar::plan(scene, seconds);
     }
+    if let Some(given) = scene.wall() {
+        return Ok(wall::plan(scene, given));
+    }
     if !scene.is_motion() {
         return statics::plan(scene);
     }
@@ -101,6 +105,9 @@ pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
     plan.trial = trial::trial(scene, seconds)?;
     Ok(plan)
 }
+
+/// Why a strain is not in the state.
+const RIGID: &str = "the section holds them rigid";
 
 impl Plan {
     /// Number of scalars in the state.
@@ -128,6 +135,10 @@ impl Plan {
 
     /// Chart and steps of rods with mass in elements.
     fn in_elements(&mut self) {
+        self.model.what = "rods with all of their mass, cut into elements".to_owned();
+        for part in self.left_out.iter_mut().filter(|part| part.why == RIGID) {
+            part.why = "the section holds them rigid: stiff springs stand in, which give less than the tolerance".to_owned();
+        }
         self.chart = choice(
             "positions and rotations of nodes along the rods, in elements",
             "run.tolerance of 1e-5 or coarser, and no rod.nodes: as many elements as the places ask for, which change between steps",

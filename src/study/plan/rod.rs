@@ -1,6 +1,6 @@
 //! The plan of a motion of one rod.
 
-use super::{Plan, RADAU, RADAU_LIGHT, RADAU7, choice, steps, symmetric};
+use super::{Plan, RADAU, RADAU_LIGHT, RADAU7, RIGID, choice, steps, symmetric};
 use crate::elastica::Elastica;
 use crate::error::Result;
 use crate::manifold::{Multivalued, Patch};
@@ -117,10 +117,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
             .filter(|name| moving.iter().all(|(moves, _)| moves != name))
             .collect();
         if !rigid.is_empty() {
-            plan.leave_out(
-                &format!("the strains {}", rigid.join(", ")),
-                "the section holds them rigid",
-            );
+            plan.leave_out(&format!("the strains {}", rigid.join(", ")), RIGID);
         }
     }
     let body = scene.body.as_ref();

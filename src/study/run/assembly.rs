@@ -67,6 +67,7 @@ impl AssemblyModel {
                 .collect(),
             stations: stations::placed_in_motion(scene),
             obstacles: scene.obstacles.clone(),
+            has_contact: scene.has_contact(),
             joints: joints.iter().map(RunJoint::new).collect(),
             heavy: setup.is_heavy() || setup.assembly.light_rods().next().is_some(),
             driven: false,
@@ -165,6 +166,10 @@ impl RunModel for AssemblyModel {
     }
 
     fn rest(&self) -> Option<RestState> {
+        // The estimates are about the equilibrium without obstacles.
+        if self.scene.has_contact() {
+            return None;
+        }
         Some(RestState::Space {
             rods: Box::new(RodsAtRest::assembly(&self.scene, &self.setup)?),
             alone: true,

@@ -6,7 +6,7 @@ use super::summary::object;
 use super::table::name;
 use crate::error::Quantity;
 use crate::motion::contact::{ContactChange, ContactEvent, ContactId, ContactNow, Partner};
-use crate::motion::contact::{ContactSample, ImpactRecord};
+use crate::motion::contact::{ContactSample, ImpactRecord, RodContactEvent, RodContactNow};
 use crate::scene::{Scales, Units};
 use crate::study::{Cell, Column, Table};
 use nalgebra::Vector3;
@@ -17,6 +17,8 @@ use serde_json::{Map, Value, json};
 pub struct BranchContacts {
     /// Impacts and changes of contacts, in the order of time.
     pub events: Vec<ContactEvent>,
+    /// Touches and releases of rods, in the order of time.
+    pub rod_events: Vec<RodContactEvent>,
     /// Least gap at a sample or the end of a step; infinite without any.
     pub least_gap: f64,
     /// Largest |friction| / (coefficient * normal force) - 1 at a sample; `None` without friction.
@@ -35,7 +37,7 @@ impl BranchContacts {
     /// Takes in the contacts of a state.
     pub fn look(&mut self, sample: &ContactSample) {
         self.least_gap = self.least_gap.min(sample.least_gap);
-        for contact in sample.list().filter(|contact| contact.coefficient > 0.0) {
+        for contact in (sample.contacts.iter()).filter(|contact| contact.coefficient > 0.0) {
             let most = contact.coefficient * contact.normal_force;
             if most > 0.0 {
                 let cone = contact.friction.norm() / most - 1.0;
@@ -48,6 +50,13 @@ impl BranchContacts {
     pub fn outward(&self, k: &Scales) -> Self {
         Self {
             events: self.events.iter().map(|event| outward(k, event)).collect(),
+            rod_events: (self.rod_events.iter())
+                .map(|event| RodContactEvent {
+                    t: k.outward(Quantity::Time, event.t),
+                    at: rod_outward(k, &event.at),
+                    ..*event
+                })
+                .collect(),
             least_gap: k.outward(Quantity::Length, self.least_gap),
             max_cone: self.max_cone,
         }
@@ -58,19 +67,30 @@ impl BranchContacts {
 pub(super) fn sample_outward(k: &Scales, sample: &ContactSample) -> ContactSample {
     let energy = |x: f64| k.outward(Quantity::Couple, x);
     let force = |f: Vector3<f64>| k.outward(Quantity::Force, f);
-    let contact = |at: ContactNow| ContactNow {
+    let contact = |at: &ContactNow| ContactNow {
         point: k.outward(Quantity::Length, at.point),
         normal_force: k.outward(Quantity::Force, at.normal_force),
         friction: force(at.friction),
         slip: k.outward(Quantity::Velocity, at.slip),
-        ..at
+        ..*at
     };
     ContactSample {
         impact_lost: energy(sample.impact_lost),
         friction_lost: energy(sample.friction_lost),
         obstacle_work: energy(sample.obstacle_work),
         least_gap: k.outward(Quantity::Length, sample.least_gap),
-        contacts: sample.contacts.map(|each| each.map(contact)),
+        contacts: sample.contacts.iter().map(contact).collect(),
+        rods: (sample.rods.iter()).map(|at| rod_outward(k, at)).collect(),
+    }
+}
+
+/// The contact of a rod in the units of the scene.
+fn rod_outward(k: &Scales, at: &RodContactNow) -> RodContactNow {
+    RodContactNow {
+        s: k.outward(Quantity::Length, at.s),
+        point: k.outward(Quantity::Length, at.point),
+        normal_force: k.outward(Quantity::Force, at.normal_force),
+        ..*at
     }
 }
 
@@ -117,6 +137,15 @@ impl RunHeader {
         [body(contact.body), partner]
     }
 
+    /// Names of a rod and of the obstacle at its contact.
+    fn rod_sides(&self, contact: &RodContactNow) -> [&str; 2] {
+        let obstacle = self.obstacles.get(contact.obstacle);
+        [
+            self.rod_name(contact.rod).unwrap_or("rod"),
+            obstacle.map_or("", |obstacle| &obstacle.name),
+        ]
+    }
+
     /// True for a run among obstacles.
     pub fn has_obstacles(&self) -> bool {
         !self.obstacles.is_empty()
@@ -128,7 +157,7 @@ pub(super) fn table(header: &RunHeader, branch: usize) -> Table {
     let u = header.units;
     let mut columns = vec![
         Column::reals("t", u.time(), "time"),
-        Column::words("a", "the body"),
+        Column::words("a", "the body, or the rod"),
         Column::words("b", "the obstacle"),
     ];
     for axis in ["x", "y", "z"] {
@@ -148,6 +177,11 @@ pub(super) fn table(header: &RunHeader, branch: usize) -> Table {
             "speed of the body along the surface, seen from the obstacle",
         ),
         Column::words("state", "stick or slip"),
+        Column::reals(
+            "s",
+            u.length(),
+            "arclength of the contact of a rod; empty for a body",
+        ),
     ]);
     Table::new(name("contacts", branch), columns)
 }
@@ -167,10 +201,27 @@ pub(super) fn rows(header: &RunHeader, t: f64, sample: &ContactSample) -> Vec<Ve
             Cell::Real(contact.friction.norm()),
             Cell::Real(slip.norm()),
             word(if contact.sticks { "stick" } else { "slip" }),
+            None::<f64>.into(),
         ]);
         cells
     };
-    sample.list().map(row).collect()
+    let rod = |contact: &RodContactNow| {
+        let word = |word: &str| Cell::Word(word.to_owned().into());
+        let [a, b] = header.rod_sides(contact);
+        let mut cells = vec![Cell::Real(t), word(a), word(b)];
+        let place = contact.point.iter().chain(contact.normal.iter());
+        cells.extend(place.copied().map(Cell::Real));
+        cells.extend([
+            Cell::Real(contact.normal_force),
+            Cell::Real(0.0),
+            None::<f64>.into(),
+            word("slip"),
+            Cell::Real(contact.s),
+        ]);
+        cells
+    };
+    let rods = sample.rods.iter().map(rod);
+    sample.contacts.iter().map(row).chain(rods).collect()
 }
 
 /// Columns of the energies of contacts in the trajectory.
@@ -194,22 +245,38 @@ pub(super) fn columns(units: Units) -> [Column; 3] {
 
 /// Values of [`columns`].
 pub(super) fn cells(sample: Option<&ContactSample>) -> [Cell; 3] {
-    let sample = sample.copied().unwrap_or_default();
-    [
-        sample.impact_lost,
-        sample.friction_lost,
-        sample.obstacle_work,
-    ]
-    .map(Cell::Real)
+    let sums = sample.map_or([0.0; 3], |sample| {
+        [
+            sample.impact_lost,
+            sample.friction_lost,
+            sample.obstacle_work,
+        ]
+    });
+    sums.map(Cell::Real)
 }
 
 impl RunRecord {
     /// The events of the contacts of a branch, each with its time.
     pub(super) fn contact_events(&self, branch: &RunBranch) -> Vec<(f64, Value)> {
         let events = branch.contacts.iter().flat_map(|all| &all.events);
+        let rods = branch.contacts.iter().flat_map(|all| &all.rod_events);
         events
             .map(|event| (event.time(), Value::Object(self.contact_event(event))))
+            .chain(rods.map(|event| (event.t, self.rod_event(event))))
             .collect()
+    }
+
+    fn rod_event(&self, event: &RodContactEvent) -> Value {
+        let axes = if self.header.in_space() { 3 } else { 2 };
+        let vector = |v: &Vector3<f64>| json!(v.as_slice()[..axes]);
+        let [a, b] = self.header.rod_sides(&event.at);
+        json!({
+            "kind": event.key(), "t": event.t, "a": a, "b": b,
+            "s": event.at.s,
+            "place": vector(&event.at.point),
+            "normal": vector(&event.at.normal),
+            "normal_force": event.at.normal_force,
+        })
     }
 
     fn contact_event(&self, event: &ContactEvent) -> Map<String, Value> {
@@ -244,9 +311,9 @@ impl RunRecord {
         told
     }
 
-    /// The entry `contact` of the summary; `None` without obstacles.
+    /// The entry `contact` of the summary; `None` without contact.
     pub(super) fn contact_summary(&self) -> Option<Value> {
-        if !self.header.has_obstacles() {
+        if !self.header.has_contact {
             return None;
         }
         let last = self.last();
@@ -261,12 +328,18 @@ impl RunRecord {
                 impulse += at.impulse.dot(&at.normal);
             }
         }
+        let mut of_rods: Map<String, Value> = Map::new();
+        for event in all().flat_map(|contacts| &contacts.rod_events) {
+            let count = of_rods.entry(event.key()).or_insert(json!(0));
+            *count = json!(count.as_u64().unwrap_or(0) + 1);
+        }
         let least = all().fold(f64::INFINITY, |least, one| least.min(one.least_gap));
         let cones = all().filter_map(|one| one.max_cone);
-        let sums = last.last.contact.unwrap_or_default();
+        let sums = last.last.contact.clone().unwrap_or_default();
         Some(json!({
             "method": "exact",
             "counts": counts,
+            "rod_counts": of_rods,
             "normal_impulse": impulse,
             "impact_lost": sums.impact_lost,
             "friction_lost": sums.friction_lost,

@@ -33,6 +33,8 @@ pub struct RunHeader {
     pub stations: Vec<PlacedStation>,
     /// The obstacles of the scene.
     pub obstacles: Vec<Obstacle>,
+    /// True if bodies hit obstacles or each other.
+    pub has_contact: bool,
     /// Joints with axes, whose angles and shifts are columns.
     pub joints: Vec<RunJoint>,
     /// True if the ledger contains kinetic energy of rods.
@@ -145,11 +147,12 @@ impl RunHeader {
                 let name = self.obstacles.get(touch.obstacle);
                 let s = self.scales.outward(Quantity::Length, touch.s);
                 format!(
-                    "{} touches {:?} at s = {s:.6}{}; in motion the contact of bodies is followed, and not yet that of rods; write rods = \"none\" \
-                     in [contact] to let rods pass through obstacles",
+                    "{} {} {:?} at s = {s:.6}{}; {}",
                     self.rod_name(touch.rod).unwrap_or("the rod"),
+                    touch.bound.verb(),
                     name.map_or("", |obstacle| &obstacle.name),
-                    Units::suffix(self.units.length())
+                    Units::suffix(self.units.length()),
+                    touch.bound.why()
                 )
             }
             Outcome::GrooveEnd(body) if self.is_assembly() => {

@@ -64,8 +64,11 @@ impl RunRecord {
     /// A moment without labels.
     pub fn axis(&self, moment: &Moment) -> Result<Vec<[f64; 2]>> {
         let length = |x| self.header.scales.outward(Quantity::Length, x);
-        let sections = moment.elastica()?.curve(SECTIONS);
         let placed = |x: f64, y: f64| moment.placed([length(x), length(y)]);
+        if !moment.axis.is_empty() {
+            return Ok(moment.axis.iter().map(|[x, y]| placed(*x, *y)).collect());
+        }
+        let sections = moment.elastica()?.curve(SECTIONS);
         Ok(sections.iter().map(|s| placed(s.x, s.y)).collect())
     }
 }

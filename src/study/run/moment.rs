@@ -27,6 +27,9 @@ pub struct Moment {
     pub contact: Option<ContactSample>,
     /// Labels of the equilibrium of the elastica that a planar rod is in, or near; `None` without one.
     pub labels: Option<Labels>,
+    /// Axis of a planar elastic rod that touches obstacles, which no labels tell: x and y in the frame of the clamp and
+    /// in lengths of the rod. Empty for other rods.
+    pub axis: Vec<[f64; 2]>,
     /// Morse index of the rod with its end held, in an assembly the sum over the rods; `None` off equilibrium.
     pub index: Option<usize>,
 }

@@ -77,6 +77,7 @@ impl OneRod {
             }],
             stations: stations::placed(scene),
             obstacles: scene.obstacles.clone(),
+            has_contact: scene.has_contact(),
             joints: Vec::new(),
             heavy,
             driven: setup.model.is_driven(),

@@ -17,6 +17,9 @@ use crate::study::neglected_mass::MassEffect;
 use crate::study::stations::{self, StationValues};
 use nalgebra::Isometry3;
 
+/// Sections of the axis of a planar rod that touches obstacles.
+const SECTIONS: usize = 97;
+
 /// A scene of motion of rods ready to run, with the facts known before its start.
 pub struct Prepared {
     /// Model, units, names and bounds of the run.
@@ -106,7 +109,7 @@ impl Prepared {
     /// The motion from its start, and the Morse index there.
     ///
     /// # Errors
-    /// A start from which no motion is possible.
+    /// A start without a possible motion.
     pub fn start(&self) -> Result<RunStart<'_>> {
         let (k, units) = (&self.header.scales, self.header.units);
         self.model
@@ -117,7 +120,7 @@ impl Prepared {
     /// The motion from its start.
     ///
     /// # Errors
-    /// A start from which no motion is possible.
+    /// A start without a possible motion.
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
         Ok(self.start()?.motion)
     }
@@ -142,8 +145,15 @@ impl Prepared {
 
     /// A state in the world frame and the scene's units.
     pub(in crate::study) fn moment(&self, state: &dyn State) -> Moment {
+        let labels = state.equilibrium();
+        let touches = self.header.is_sheet() && labels.is_none();
+        let curve = touches.then(|| state.sections(SECTIONS));
+        let axis = curve.into_iter().flatten();
         Moment {
-            labels: state.equilibrium(),
+            axis: axis
+                .map(|(_, at)| [at.translation.x, at.translation.y])
+                .collect(),
+            labels,
             index: state.index(),
             ..self.moment_without_index(state)
         }
@@ -162,6 +172,7 @@ impl Prepared {
             numerical_loss: state.numerical_loss() * k.energy,
             contact: state.contact().map(|sample| sample_outward(k, sample)),
             labels: None,
+            axis: Vec::new(),
             index: None,
         }
     }

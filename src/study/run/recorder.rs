@@ -157,7 +157,7 @@ impl<'r> Recorder<'r> {
                 seen: 0,
             }),
         };
-        let contacts = if header.has_obstacles() {
+        let contacts = if header.has_contact {
             let table = sink.begin(contacts::table(header, id))?;
             Some((table, BranchContacts::new()))
         } else {
@@ -457,6 +457,11 @@ impl Observer for Recorder<'_> {
             Event::Contact(event) => {
                 if let Some((_, contacts)) = &mut self.contacts {
                     contacts.events.push(*event);
+                }
+            }
+            Event::RodContact(event) => {
+                if let Some((_, contacts)) = &mut self.contacts {
+                    contacts.rod_events.push(*event);
                 }
             }
             Event::Step { .. } | Event::Stop(_) => {}

@@ -127,7 +127,7 @@ impl RunRecord {
             if let Outcome::RodTouch(touch) = &branch.outcome {
                 let header = &self.header;
                 events.push(json!({
-                    "kind": "rod_touch",
+                    "kind": touch.bound.key(),
                     "t": branch.last.t,
                     "a": header.rod_name(touch.rod).unwrap_or("rod"),
                     "b": header.obstacles.get(touch.obstacle).map(|obstacle| &obstacle.name),

@@ -45,7 +45,7 @@ pub(super) fn trajectory(header: &RunHeader, branch: usize) -> Table {
         columns.extend(end_in_plane(u));
     }
     columns.extend(ledger_columns(u));
-    if header.has_obstacles() {
+    if header.has_contact {
         columns.extend(contacts::columns(u));
     }
     if header.heavy {
@@ -242,7 +242,7 @@ pub(super) fn row(
             labels.map(|l| l.w).into(),
             labels.map(|l| l.sheet.mode as usize).into(),
             labels.map(|l| l.sheet.sign.as_str()).into(),
-            labels.map(|l| l.index).into(),
+            at.index.into(),
         ]);
         cells.extend(
             end.action
@@ -251,7 +251,7 @@ pub(super) fn row(
         );
     }
     cells.extend(ledger_cells(&at.ledger, at.total));
-    if header.has_obstacles() {
+    if header.has_contact {
         cells.extend(contacts::cells(at.contact.as_ref()));
     }
     if header.heavy {

@@ -262,6 +262,8 @@ impl Sweep {
                 "end.tip.v",
                 "breaking.time",
             ]
+        } else if scene.wall().is_some() {
+            &["pressure", "energy"]
         } else if scene.is_assembly() && scene.is_motion() {
             &["outcome", "end.t", "snaps", "energy_error.relative"]
         } else if scene.continuation.is_some() {

@@ -149,6 +149,14 @@ impl Attachment {
         join(&(m + lever.cross(&n)), &n)
     }
 
+    /// True if a support carries the attachment and moves.
+    pub(super) fn moves(&self) -> bool {
+        match &self.on {
+            AttachedTo::Support(support) => !support.is_fixed(),
+            AttachedTo::Ground | AttachedTo::Body(_) => false,
+        }
+    }
+
     /// First time after `t` at which the motion of a support is not smooth; infinite if none is left.
     pub(super) fn next_break(&self, t: f64) -> f64 {
         match &self.on {

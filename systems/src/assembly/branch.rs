@@ -6,8 +6,12 @@ use super::equations::UnknownScales;
 use super::network::Assembly;
 use super::rod_element::{Link, LinkPoint};
 use crate::error::{Error, Result};
+use crate::solve::difference_step::derivative;
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
+
+/// Change of the equations over which a difference by the parameter is taken.
+const CHANGE: f64 = 1e-2;
 
 /// Assemblies in one parameter: loads, poses of supports, sections.
 ///
@@ -217,16 +221,7 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
         let jacobian = self
             .frame
             .jacobian(&assembly, x.as_slice(), &now.bodies, &points);
-        let h = self.step;
-        let slope = match (
-            self.residual(x, p + h, &points),
-            self.residual(x, p - h, &points),
-        ) {
-            (Ok(after), Ok(before)) => (after - before) / (2.0 * h),
-            (Ok(after), Err(_)) => (after - &residual) / h,
-            (Err(_), Ok(before)) => (&residual - before) / h,
-            (Err(why), Err(_)) => return Err(why),
-        };
+        let slope = derivative(p, self.step, CHANGE, |p| self.residual(x, p, &points))?;
         Ok(Linearised {
             residual,
             jacobian,

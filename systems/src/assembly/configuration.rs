@@ -7,7 +7,7 @@ use nalgebra::UnitQuaternion;
 
 /// Poses and velocities of the bodies, and charts (m(0), n) of the rods in their bases' directors, in units B/L,
 /// B/L^2.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Configuration {
     /// Poses and velocities of the bodies.
     pub bodies: Vec<BodyMotion>,

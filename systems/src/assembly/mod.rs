@@ -74,6 +74,6 @@ pub use modes::Modes;
 pub use moving_sections::MovingSection;
 pub use network::Assembly;
 pub use rod_element::{EndSlider, LightRod, Link, LinkEnd, LinkPoint, RodChart};
-pub use state::{RodMonitor, SlowedTime};
+pub use state::{ReactionPower, Reactions, RodMonitor, SlowedTime};
 pub use statics::{AssemblyEquilibrium, AssemblyRoute};
 pub use stiffness::Stiffness;

@@ -31,6 +31,15 @@ impl Assembly {
         if links.is_empty() {
             return Err(Error::domain("an assembly has one rod at least"));
         }
+        Self::with_free_bodies(carriers, links, 0)
+    }
+
+    /// An assembly of bodies and rods, of which no rod reaches the last `free` bodies that are no nodes of joints.
+    /// These move freely.
+    ///
+    /// # Errors
+    /// As [`Assembly::new`], but for missing rods.
+    pub fn with_free_bodies(carriers: Vec<Body>, links: Vec<Link>, free: usize) -> Result<Self> {
         for (node, carrier) in carriers.iter().enumerate() {
             let Some(parent) = carrier.joint().and_then(Guide::parent) else {
                 continue;
@@ -54,7 +63,10 @@ impl Assembly {
                     .iter()
                     .any(|node| node.joint().is_some_and(|joint| on(joint.on())))
         };
-        if let Some(body) = (0..carriers.len()).find(|body| !reached(*body)) {
+        let solids = carriers.iter().take_while(|body| body.joint().is_none());
+        let flying = solids.count().saturating_sub(free)..;
+        let flies = |body: usize| free > 0 && flying.contains(&body);
+        if let Some(body) = (0..carriers.len()).find(|body| !reached(*body) && !flies(*body)) {
             return Err(Error::domain(format!("no rod reaches body {body}")));
         }
         Self::of_heavy_rods(carriers, links)
@@ -164,6 +176,20 @@ impl Assembly {
         let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
         let supports = self.links.iter().map(|link| link.next_break(t));
         bodies.chain(supports).fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if a load without a potential, a moving support or a section law in time can do work.
+    pub fn is_driven(&self) -> bool {
+        let ends = self.links.iter().flat_map(|link| [&link.from, &link.to]);
+        self.carriers.iter().any(|body| body.mass().is_driven())
+            || self.links.iter().any(Link::varies_in_time)
+            || ends.into_iter().any(Attachment::moves)
+            || self.has_joints()
+    }
+
+    /// True if drag, or a joint, dissipates energy.
+    pub fn is_damped(&self) -> bool {
+        self.has_joints() || self.carriers.iter().any(|body| body.mass().is_damped())
     }
 
     /// True if the loads at time `t`, held as they are then, have a potential.

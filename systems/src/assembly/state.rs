@@ -17,7 +17,7 @@ use super::jointed_rod::JointedRod;
 use super::network::Assembly;
 use super::rod_element::{LinkPoint, RodChart};
 use crate::manifold::adjugate_times;
-use crate::math::se3::{halves, spin, unit};
+use crate::math::se3::{halves, join, spin, unit};
 use crate::rod::Wrench;
 use nalgebra::{DVector, Isometry3, Matrix6, UnitQuaternion, Vector3, Vector4, Vector6};
 use std::ops::Range;
@@ -51,6 +51,27 @@ impl SlowedTime {
         let rods = self.rods.iter().enumerate();
         (rate, rods.map(|(k, (_, scale))| share(k) / scale).collect())
     }
+}
+
+/// Reactions on the bodies that depend on the motion, such as contact forces.
+pub trait Reactions {
+    /// Adds to the wrenches (couple, force) on the bodies at their reference points, in the world. `free` are the
+    /// accelerations without the reactions. None where no reactions exist.
+    fn react(
+        &self,
+        at: &Evaluated,
+        free: &[Vector6<f64>],
+        wrenches: &mut [Vector6<f64>],
+    ) -> Option<ReactionPower>;
+}
+
+/// Powers of reactions.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReactionPower {
+    /// Power of moving obstacles on the bodies.
+    pub power: f64,
+    /// Power lost to friction.
+    pub loss: f64,
 }
 
 /// Components of a spin in a state: the quaternion of the base directors, and the rate.
@@ -313,6 +334,19 @@ impl Assembly {
         slowed: Option<&SlowedTime>,
         tolerance: f64,
         out: &mut DVector<f64>,
+        seen: impl FnMut(usize, RodMonitor),
+    ) -> Option<()> {
+        self.write_slope_under(None, state, slowed, tolerance, out, seen)
+    }
+
+    /// [`Assembly::write_slope`] with reactions on the bodies, such as contact forces.
+    pub fn write_slope_under(
+        &self,
+        reactions: Option<&dyn Reactions>,
+        state: &DVector<f64>,
+        slowed: Option<&SlowedTime>,
+        tolerance: f64,
+        out: &mut DVector<f64>,
         mut seen: impl FnMut(usize, RodMonitor),
     ) -> Option<()> {
         let at = self.evaluated(state, tolerance)?;
@@ -391,6 +425,12 @@ impl Assembly {
             power += together.power;
             spins = together.spins;
         }
+        if let Some(reactions) = reactions {
+            let free = self.accelerations_under(&at, &wrenches);
+            let added = reactions.react(&at, &free, &mut wrenches)?;
+            power += added.power;
+            loss += added.loss;
+        }
         let charts = self.charts(out);
         self.write_spin_rates(state, points, &charts, &spins, rate, out);
         let solids = self.starts().take(self.solids().len());
@@ -408,6 +448,66 @@ impl Assembly {
         }
         out.as_mut_slice()[self.time_slot()..].copy_from_slice(&[rate, power * rate, loss * rate]);
         out.iter().all(|x| x.is_finite()).then_some(())
+    }
+
+    /// Accelerations (angular, linear) of the bodies without the nodes of joints, under wrenches at their reference
+    /// points.
+    fn accelerations_under(&self, at: &Evaluated, wrenches: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
+        let solids = self.solids().iter().zip(&at.now.bodies).zip(wrenches);
+        let motion = solids.map(|((body, place), wrench)| {
+            (body.motion(at.integrals.time, place, wrench)).acceleration
+        });
+        motion.collect()
+    }
+
+    /// Accelerations (angular, linear) of the bodies without the nodes of joints, under rods without mass and loads.
+    pub fn accelerations(&self, at: &Evaluated) -> Vec<Vector6<f64>> {
+        self.accelerations_under(at, &self.wrenches(&at.now.bodies, &at.points))
+    }
+
+    /// Rates of the twists of free bodies, from the slope of a state by any variable.
+    pub fn twist_rates(&self, slope: &DVector<f64>) -> Vec<Vector6<f64>> {
+        let solids = self.starts().take(self.solids().len());
+        let rate = solids.map(|(start, carrier)| {
+            let numbers = &slope.as_slice()[start..start + carrier.numbers()];
+            let [_, _, spin, velocity] = carrier.slots().map(|slots| &numbers[slots]);
+            let part = |x: &[f64]| match x {
+                [x, y, z] => Vector3::new(*x, *y, *z),
+                _ => Vector3::zeros(),
+            };
+            join(&part(spin), &part(velocity))
+        });
+        rate.collect()
+    }
+
+    /// Adds to the twists (angular velocity, velocity) of free bodies in a state, in the world.
+    pub fn add_twists(&self, state: &mut DVector<f64>, changes: &[Vector6<f64>]) {
+        let solids = self.starts().take(self.solids().len());
+        for ((start, carrier), change) in solids.zip(changes) {
+            let (angular, linear) = halves(change);
+            let [_, _, spin, velocity] = carrier.slots();
+            for (slots, by) in [(spin, angular), (velocity, linear)] {
+                for (i, slot) in slots.enumerate() {
+                    state[start + slot] += by[i];
+                }
+            }
+        }
+    }
+
+    /// Shifts the poses of free bodies in a state by small twists at their reference points, in the world.
+    pub fn shift_bodies(&self, state: &mut DVector<f64>, shifts: &[Vector6<f64>]) {
+        let solids = self.starts().take(self.solids().len());
+        for ((start, carrier), shift) in solids.zip(shifts) {
+            let numbers = &mut state.as_mut_slice()[start..start + carrier.numbers()];
+            let mut place = carrier.read(numbers);
+            let (turn, way) = halves(shift);
+            place.pose.translation.vector += way;
+            if carrier.turns() {
+                let turn = UnitQuaternion::from_scaled_axis(turn);
+                place.pose.rotation = turn * place.pose.rotation;
+            }
+            carrier.write(&place, numbers);
+        }
     }
 
     /// Replaces the chart of rod `k` in a state; the bodies keep their numbers.

@@ -29,6 +29,8 @@ pub struct AssemblyEquilibrium {
     /// Stored energy and potential of the constant forces, those along rods included. Couples and loads in time have
     /// none.
     pub energy: f64,
+    /// Stored energy of the rods alone; that of tendons is tension times length.
+    pub stored: f64,
     /// Morse index with the bodies free; 0 is stable. Under loads without a potential ([`Assembly::is_conservative`])
     /// the index of the symmetric part of the stiffness, which does not decide stability. Not counted, and 0, where
     /// loads along rods have no potential ([`Assembly::has_turning`]).
@@ -425,6 +427,7 @@ impl Assembly {
         };
         Ok(AssemblyEquilibrium {
             energy: self.statical_energy(&now, &points),
+            stored: points.iter().map(|point| point.end.energy).sum(),
             index,
             residual: statics.frame.residual(self, &now.bodies, &points).amax(),
             correction: root.correction,

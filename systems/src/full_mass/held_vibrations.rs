@@ -119,6 +119,7 @@ pub fn held_modes(
         along: None,
         grain: PointMass::new(1.0)?,
         distributed: link.distributed().map(|load| load.mapped(|f| back * f)),
+        turning: None,
         body: None,
         diameter: None,
     };

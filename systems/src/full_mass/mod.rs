@@ -13,6 +13,7 @@
 //! * `damped_modes`: small motions with friction and memory, in the space of the vibrations.
 //! * `maxwell_nodes`: Maxwell branches, which implicit steps eliminate node by node.
 //! * `section_rotations`: rotation rates of the sections in space, exact for the rotations by collocation.
+//! * `turning_load`: couples along a rod, and loads that turn with its sections.
 //! * `mass`: sums over the masses carried by the sections: pieces of the rod, and the body.
 //! * [`rod`]: the balance above with its exact linearisation; energies.
 //! * [`assembly`]: one or several rods between bodies, the ground and supports: differential equations, equilibria,
@@ -33,5 +34,6 @@ mod mass;
 mod maxwell_nodes;
 pub mod rod;
 mod section_rotations;
+mod turning_load;
 mod unresolved_waves;
 pub mod vibration;

@@ -7,11 +7,13 @@ use super::frames::{Accelerations, Curve, Flow, PoseDerivatives, Sections, Shape
 use super::law::{Answer, Law};
 use super::mass::{add_mass, parts};
 use super::maxwell_nodes::Memory;
+use super::turning_load::{TurningLoad, at_place};
 use crate::assembly::{AttachedTo, BodyMotion, Tube};
 use crate::body::{EndMotion, Mass, MassLinear, PointMass, RigidBody};
 use crate::error::{Error, Result};
+use crate::math::product::Matrix;
 use crate::math::se3::{Turn, halves, join, spin as spin_of, unit};
-use crate::rod::DistributedLoad;
+use crate::rod::{DistributedLoad, LoadsWithoutPotential};
 use crate::section::{MassAlong, Strain};
 use crate::viscoelastic::grid::{FEWEST, Grid};
 use nalgebra::{
@@ -38,6 +40,8 @@ pub struct RodDescription {
     pub grain: PointMass<3>,
     /// Dead force per length, in the world.
     pub distributed: Option<DistributedLoad>,
+    /// Couples along the rod, and loads that turn with the sections; in space only.
+    pub turning: Option<LoadsWithoutPotential>,
     /// The body at an end without attachment, if any.
     pub body: Option<Mass>,
     /// Contact diameter; None if contacts are ignored.
@@ -190,10 +194,37 @@ impl RodDescription {
     /// Points in (0, 1) at which the law or the load is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.law.breaks();
-        breaks.extend(self.distributed.iter().flat_map(DistributedLoad::breaks));
+        breaks.extend(self.loads().flat_map(DistributedLoad::breaks));
         breaks.sort_by(f64::total_cmp);
         breaks.dedup_by(|a, b| *a - *b < 1e-12);
         breaks
+    }
+
+    /// All loads along the rod.
+    fn loads(&self) -> impl Iterator<Item = &DistributedLoad> {
+        let turning = self.turning.iter();
+        let turning = turning
+            .flat_map(|loads| [&loads.follower_force, &loads.couple, &loads.follower_couple]);
+        self.distributed.iter().chain(turning)
+    }
+
+    /// True if a load acts on a single place of the rod, which nodes of elements alone can carry.
+    pub fn has_point_loads(&self) -> bool {
+        self.loads().any(|load| load.points().next().is_some())
+    }
+
+    /// Dead force at the single place s.
+    pub(super) fn force_at_place(&self, s: f64) -> Vector3<f64> {
+        let load = self.distributed.as_ref();
+        load.map_or(Vector3::zeros(), |load| at_place(load, s)) * self.law.length()
+    }
+
+    /// Loads without a potential on the pieces (s, part of the rod) of a node at `place`, with those at the place
+    /// itself.
+    pub(super) fn turning_on(&self, pieces: &[(f64, f64)], place: f64) -> Option<TurningLoad> {
+        let (loads, length) = (self.turning.as_ref()?, self.law.length());
+        let pieces: Vec<_> = pieces.iter().map(|(s, part)| (*s, part * length)).collect();
+        Some(TurningLoad::on_pieces(loads, &pieces).with_place(loads, place, length))
     }
 
     /// Mass per length at s, over its mean.
@@ -265,7 +296,12 @@ impl HeavyRod {
                 }
                 Some(_) => {
                     let radius = SLENDER * given.law.length();
-                    Mass::Rigid(given.piece(&[(*s, *weight)], radius)?)
+                    let parts = [(*s, *weight)];
+                    let piece = given.piece(&parts, radius)?;
+                    Mass::Rigid(match given.turning_on(&parts, *s) {
+                        Some(load) => load.on(piece)?,
+                        None => piece,
+                    })
                 }
             })
         };
@@ -718,17 +754,28 @@ impl HeavyRod {
         let mut out = DMatrix::zeros(columns, columns);
         let last = self.sections.grid.len();
         for k in 0..6 {
+            // The pieces of the rod by one product of matrices for each component on the left.
+            let mut pushed: Option<DMatrix<f64>> = None;
             for l in 0..6 {
-                // The pieces of the rod by one product of matrices for each pair of components.
                 let factors: Vec<f64> = linear[..last].iter().map(|m| which(m)[(k, l)]).collect();
                 if factors.iter().all(|x| *x == 0.0) {
                     continue;
                 }
                 let mut scaled = right[l / 3][l % 3].rows(0, last).into_owned();
-                for (mut row, factor) in scaled.row_iter_mut().zip(&factors) {
-                    row *= *factor;
+                for mut column in scaled.column_iter_mut() {
+                    for (x, factor) in column.iter_mut().zip(&factors) {
+                        *x *= *factor;
+                    }
                 }
-                out.gemm_tr(1.0, &left[k / 3][k % 3].rows(0, last), &scaled, 1.0);
+                pushed = Some(match pushed {
+                    Some(sum) => sum + scaled,
+                    None => scaled,
+                });
+            }
+            if let Some(pushed) = pushed {
+                let turned = left[k / 3][k % 3].rows(0, last).transpose();
+                let [product] = Matrix::new(&turned).times_all([&pushed]);
+                out += product;
             }
         }
         if let Some(body) = linear.get(last) {

@@ -12,6 +12,7 @@
 //! A change du of the strains turns p by eta = S(R du)/2.
 
 use super::frames::Triple;
+use crate::math::product::Matrix;
 use crate::math::se3::{Turn, conjugate, product};
 use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
 
@@ -212,8 +213,9 @@ impl Spins {
         [1, 2, 3].map(|k| {
             let mut sum = DMatrix::zeros(self.q[0].ncols(), a[0].ncols());
             for l in 1..4 {
-                let q = self.q[PART[l][k]].rows(0, rows);
-                sum.gemm_tr(SIGN[l][k], &q, &a[l - 1], 1.0);
+                let q = self.q[PART[l][k]].rows(0, rows).transpose();
+                let [product] = Matrix::new(&q).times_all([&a[l - 1]]);
+                sum += product * SIGN[l][k];
             }
             sum
         })
@@ -356,7 +358,8 @@ impl Spins {
         }
         let mut all = DMatrix::zeros(columns, columns);
         for (eta, w) in eta.iter().zip(&w) {
-            all.gemm_tr(1.0, eta, w, 1.0);
+            let [product] = Matrix::new(&eta.transpose()).times_all([w]);
+            all += product;
         }
         let mut out = DMatrix::zeros(own.len(), columns);
         for (a, row) in own.iter().enumerate() {

@@ -45,15 +45,15 @@ pub(super) struct Low {
 
 /// The gap at one section, with its first two derivatives along the rod.
 #[derive(Debug, Clone, Copy)]
-struct Probe {
-    s: f64,
-    r: Vector3<f64>,
-    normal: Vector3<f64>,
-    gap: f64,
-    slope: f64,
-    curvature: f64,
+pub(super) struct Probe {
+    pub(super) s: f64,
+    pub(super) r: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
+    pub(super) gap: f64,
+    pub(super) slope: f64,
+    pub(super) curvature: f64,
     /// Curvatures of rod and surface together.
-    bend: f64,
+    pub(super) bend: f64,
 }
 
 impl Probe {
@@ -214,7 +214,7 @@ impl TouchedSteps<'_> {
 }
 
 /// Shows the minima of the gap between two probes.
-fn minima(
+pub(super) fn minima(
     a: &Probe,
     b: &Probe,
     probe: &impl Fn(f64) -> Result<Probe>,

@@ -30,13 +30,18 @@
 
 mod active_set;
 mod branch;
+mod capstan;
 mod closest_points;
 mod equations;
 mod index;
 mod lying;
+mod sheet;
+mod taylor_piece;
 mod touched_rod;
 
 pub use branch::{ContactBranch, ContactBranchPoint, ContactEvent, ContactEventKind, ContactStop};
+pub use capstan::{Capstan, CapstanSide, CapstanSlip};
+pub use sheet::{Bound, ElasticaAmong, Room, SheetSection, TouchedSheet};
 
 use super::distributed_load::ScaledLoad;
 use super::ivp::Wrench;

@@ -4,7 +4,7 @@ use super::interval::{FrameAndCouple, RodUnderForce};
 use super::{Shape, Solved, Spring, Tip};
 use crate::error::Result;
 use crate::math::se3::join;
-use crate::rod::descent::{Chain, FALLS};
+use crate::rod::descent::{Chain, FALLS, Lean};
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::{Path, Plane, Problem};
 use crate::solve::warm_start::WarmStart;
@@ -72,13 +72,7 @@ impl Problem {
         if !self.is_conservative() {
             return self.solve_by_growing_couple(plane);
         }
-        let fallen = |lean| {
-            let chain = self.descended(plane.map(|plane| plane.normal()), lean)?;
-            let there = self.rod_under_force(chain.base_force);
-            let layers = there.layered_places(self.tolerance, LONGEST).ok()?;
-            let shape = chain.shape(layers, self.tolerance);
-            Some(self.at_rest(shape, plane))
-        };
+        let fallen = |lean| self.fallen(lean, plane);
         let first = fallen(FALLS[0]);
         if plane.is_some() || matches!(&first, Some(Ok(found)) if found.index == 0) {
             return first;
@@ -93,6 +87,33 @@ impl Problem {
             }
             (second, first) => first.or(second),
         }
+    }
+
+    /// The equilibrium to which the rod falls from its unloaded shape; `None` if the fall does not end.
+    fn fallen(&self, lean: Lean, plane: Option<Plane>) -> Option<Result<Equilibrium>> {
+        let chain = self.descended(plane.map(|plane| plane.normal()), lean)?;
+        let there = self.rod_under_force(chain.base_force);
+        let layers = there.layered_places(self.tolerance, LONGEST).ok()?;
+        Some(self.at_rest(chain.shape(layers, self.tolerance), plane))
+    }
+
+    /// Equilibria to which a rod under a load along it falls from tilts every way, in space and in the plane. Each
+    /// comes with the problem whose base wrench leads to it.
+    pub(in crate::rod) fn fallen_every_way(
+        &self,
+        plane: Option<&Plane>,
+    ) -> Vec<(Self, Equilibrium)> {
+        if self.weight.is_none() {
+            return Vec::new();
+        }
+        let planes = std::iter::once(None).chain(plane.map(|plane| Some(*plane)));
+        let falls = planes.flat_map(|plane| FALLS[0].every_way().map(move |lean| (lean, plane)));
+        let found = falls.filter_map(|(lean, plane)| {
+            let there = self.clone();
+            let found = there.fallen(lean, plane)?.ok()?;
+            Some((there, found))
+        });
+        found.collect()
     }
 
     /// The equilibrium that begins without the couple on the end and follows as the couple grows.

@@ -1,6 +1,6 @@
 //! Assemblies with the full mass of their rods.
 
-use super::super::heavy::{heavy_law_in_space, unit_point_mass};
+use super::super::heavy::{heavy_law_in_space, turning_on, unit_point_mass};
 use super::{AssemblySetup, GUESS_TOLERANCE, attachment, guide, vector};
 use crate::assembly::{Body, Configuration};
 use crate::error::{Error, Quantity, Result};
@@ -48,13 +48,15 @@ pub(super) fn heavy(
                 rotary,
                 along: rod.mass_along(),
                 grain: unit_point_mass(gravity, None)?,
-                distributed: match load {
-                    Some(load) => {
-                        let whole = load.on(rod.length)?.plus(&rod.dead_forces()?)?;
-                        Some(whole.mapped(|f| f * unit)).filter(|load| !load.is_zero())
-                    }
-                    None => None,
+                distributed: {
+                    let listed = rod.dead_forces()?;
+                    let whole = match load {
+                        Some(load) => load.on(rod.length)?.plus(&listed)?,
+                        None => listed,
+                    };
+                    Some(whole.mapped(|f| f * unit)).filter(|load| !load.is_zero())
                 },
+                turning: turning_on(rod, scales, |couple| couple)?,
                 body: None,
                 diameter: rod
                     .thickness()

@@ -4,6 +4,7 @@ use super::block_elimination::{BlockVector, LevelCombination};
 use super::{HeavyAssembly, HeavyState, attachment_kinematics};
 use crate::assembly::{AttachedTo, Body};
 use crate::error::{Error, Result};
+use crate::full_mass::rod::RodDescription;
 use nalgebra::{DVector, Vector3};
 
 /// Largest number of Newton steps towards an equilibrium.
@@ -141,7 +142,7 @@ impl HeavyAssembly {
 
     /// True if a rod or a groove holds a body on the ground or on a support; if not, all of the assembly can
     /// translate.
-    fn is_held(&self) -> bool {
+    pub fn is_held(&self) -> bool {
         self.ties()
             .any(|tie| !matches!(tie.on.on, AttachedTo::Body(_)))
             || self.carriers.iter().any(|body| body.groove().is_some())
@@ -178,14 +179,28 @@ impl HeavyAssembly {
     /// place.
     ///
     /// # Errors
-    /// A law left on the way; none found; a planar rod that may buckle to either side alike.
+    /// A law left on the way; none found; a load at one place of a rod; a planar rod that may buckle to either side
+    /// alike.
     pub fn settled(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
+        self.without_point_loads()?;
         let standing = self.standing_at(0.0);
         if standing.is_open() {
             standing.fallen(y)
         } else {
             standing.balanced(y)
         }
+    }
+
+    /// An error if a load acts at one place of a rod, which strains at nodes do not carry.
+    pub(super) fn without_point_loads(&self) -> Result<()> {
+        let mut rods = self.links.iter().map(|link| &link.rod.given);
+        if !rods.any(RodDescription::has_point_loads) {
+            return Ok(());
+        }
+        Err(Error::domain(
+            "a load at one place of a rod with mass: the equilibrium under it is not sought; start from rest = \"straight\", or write a short \
+             part of the rod, from and to, with the load per length",
+        ))
     }
 
     fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {

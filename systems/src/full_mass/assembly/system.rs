@@ -118,7 +118,12 @@ impl HeavyAssembly {
         for ((link, rod), range) in self.links.iter().zip(&at.rods).zip(&self.layout.second) {
             let (mass, _) = link.rod.mass_matrix(at.t, rod)?;
             let mut own = found.rows_mut(range.start, range.len());
-            mass.cholesky()?.solve_mut(&mut own);
+            if let Some(factors) = mass.clone().cholesky() {
+                factors.solve_mut(&mut own);
+            } else if !mass.lu().solve_mut(&mut own) {
+                // At many nodes the smallest masses are rounding: they need not be positive.
+                return None;
+            }
             own.neg_mut();
         }
         Some(found)

@@ -15,6 +15,7 @@ const SLOW: usize = 24;
 impl HeavyAssembly {
     /// Stiffness, damping and mass of a state at rest in strains, then bodies and bases.
     pub(super) fn small(&self, y: &DVector<f64>) -> Result<[DMatrix<f64>; 3]> {
+        self.without_point_loads()?;
         let at = self.at(&self.still(y)).ok_or_else(outside)?;
         self.small_at(&at, &self.at_rest(&at).ok_or_else(rigid)?)
     }
@@ -34,7 +35,9 @@ impl HeavyAssembly {
 
     /// True if all loads at time 0 have a potential.
     pub fn is_conservative(&self) -> bool {
-        self.bodies().iter().all(|body| body.is_conservative(0.0))
+        let mut rods = self.links.iter();
+        rods.all(|link| link.rod.given.turning.is_none())
+            && self.bodies().iter().all(|body| body.is_conservative(0.0))
     }
 
     /// 1/sqrt(weight) for each strain, and 1 for bodies and bases.

@@ -27,9 +27,11 @@ use nalgebra::{DVector, Isometry3, Matrix3, Translation3, UnitQuaternion, Vector
 
 /// Degree of the elements.
 const DEGREE: usize = 4;
-/// Fewest and most elements of a rod.
+/// Fewest elements of a rod, and the most of the first mesh and of the second. The first mesh does not resolve the
+/// layers of a heavy rod, but places the bodies and joints where the rods that are solved one by one lead on.
 const FEWEST: usize = 6;
-const MOST: usize = 400;
+const COARSE: usize = 24;
+const FINE: usize = 400;
 /// Elements per lam = sqrt(force L^2/B): an element is half as long as the layer at a clamp.
 const PER_LAM: f64 = 2.0;
 /// Turn of the unloaded rod per element, in radians.
@@ -108,18 +110,44 @@ pub fn equilibrium(assembly: &Assembly, tolerance: f64) -> Result<AssemblyEquili
 
 /// The stable equilibrium to which an assembly falls under loads with a potential.
 fn at_rest(assembly: &Assembly, tolerance: f64) -> Option<AssemblyEquilibrium> {
-    let mut descent = Descent::new(assembly).ok()??;
-    DESCENTS.iter().find_map(|stages| {
-        let guess = descent.rest(stages)?;
-        let beside = |guess: &Configuration| assembly.equilibrium_beside(guess, tolerance);
-        // Base wrenches of the elements may be too rough for a heavy rod: the rods are then solved one by one.
-        let found = beside(&guess)
-            .or_else(|| beside(&assembly.held(guess.bodies.clone(), SHAPE)))
-            .or_else(|| assembly.equilibrium(Some(&guess), tolerance).ok())?;
-        (found.index == 0).then_some(AssemblyEquilibrium {
-            route: AssemblyRoute::Fallen,
-            ..found
-        })
+    if assembly.carriers().is_empty() {
+        // Nothing moves but the rods: each of them falls alone.
+        let alone = assembly.held(Vec::new(), SHAPE);
+        let found = assembly.equilibrium_beside(&alone, tolerance);
+        if let Some(found) = found.filter(|found| found.index == 0) {
+            return Some(AssemblyEquilibrium {
+                route: AssemblyRoute::Fallen,
+                ..found
+            });
+        }
+    }
+    let coarse = Descent::new(assembly, COARSE).ok()??;
+    let fine = Descent::new(assembly, FINE).ok()??;
+    let is_resolved = coarse.start.len() == fine.start.len();
+    let first = (!is_resolved).then_some((coarse, &DESCENTS[..1]));
+    let mut meshes = first.into_iter().chain([(fine, &DESCENTS[..])]);
+    meshes.find_map(|(mut descent, all)| {
+        let mut stages = all.iter();
+        stages.find_map(|stages| fall(assembly, &mut descent, stages, tolerance))
+    })
+}
+
+/// The stable equilibrium to which a descent leads.
+fn fall(
+    assembly: &Assembly,
+    descent: &mut Descent<'_>,
+    stages: &[f64],
+    tolerance: f64,
+) -> Option<AssemblyEquilibrium> {
+    let guess = descent.rest(stages)?;
+    let beside = |guess: &Configuration| assembly.equilibrium_beside(guess, tolerance);
+    // Base wrenches of the elements may be too rough for a heavy rod: the rods are then solved one by one.
+    let found = beside(&guess)
+        .or_else(|| beside(&assembly.held(guess.bodies.clone(), SHAPE)))
+        .or_else(|| assembly.equilibrium(Some(&guess), tolerance).ok())?;
+    (found.index == 0).then_some(AssemblyEquilibrium {
+        route: AssemblyRoute::Fallen,
+        ..found
     })
 }
 
@@ -175,8 +203,9 @@ fn force_on(assembly: &Assembly, link: &Link) -> f64 {
     on_bodies + along.map_or(0.0, |load| load.total(link.rod().length()).norm())
 }
 
-/// Number of elements of a rod under a force, for each interval between its breaks.
-fn counts(link: &Link, given: &RodDescription, force: f64) -> Result<Vec<usize>> {
+/// Number of elements of a rod under a force, at most `most`, for each interval between its breaks. Both meshes resolve
+/// the turns of the unloaded rod.
+fn counts(link: &Link, given: &RodDescription, force: f64, most: usize) -> Result<Vec<usize>> {
     let length = link.rod().length();
     // The reference stiffness is the harmonic mean of both bending stiffnesses; out of the plane a rod is nearly rigid.
     let bent = if link.bending_director().is_some() {
@@ -192,8 +221,9 @@ fn counts(link: &Link, given: &RodDescription, force: f64) -> Result<Vec<usize>>
     for pair in ends.windows(2) {
         let rest = given.law.unloaded(0.5 * (pair[0] + pair[1]))?;
         let turn = rest.fixed_rows::<3>(0).norm() * length;
-        let wanted = (PER_LAM * lam).max(turn / TURN).max(FEWEST as f64);
-        let part = wanted.min(MOST as f64) * (pair[1] - pair[0]);
+        let turned = (turn / TURN).max(FEWEST as f64);
+        let wanted = (PER_LAM * lam).min(most as f64).max(turned);
+        let part = wanted.min(FINE as f64) * (pair[1] - pair[0]);
         counts.push(part.ceil().max(1.0) as usize);
     }
     Ok(counts)
@@ -274,8 +304,9 @@ impl Joints {
 }
 
 impl<'a> Descent<'a> {
-    /// The assembly in elements. `None` for loads without a potential, and for bodies that nothing holds.
-    fn new(assembly: &'a Assembly) -> Result<Option<Self>> {
+    /// The assembly in elements, at most `most` for the layers of a rod. `None` for loads without a potential, and for
+    /// bodies that nothing holds.
+    fn new(assembly: &'a Assembly, most: usize) -> Result<Option<Self>> {
         if !assembly.is_conservative(0.0) || !assembly.is_held() {
             return Ok(None);
         }
@@ -297,10 +328,11 @@ impl<'a> Descent<'a> {
                 along: None,
                 grain: PointMass::new(1.0)?,
                 distributed: link.distributed().cloned(),
+                turning: None,
                 body: None,
                 diameter: None,
             };
-            elements.push(counts(link, &given, force)?);
+            elements.push(counts(link, &given, force, most)?);
             let [base, end] = link.joints();
             let from = joints.tie(assembly, link.from(), base);
             let to = joints.tie(assembly, link.to(), end);

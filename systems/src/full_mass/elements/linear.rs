@@ -197,6 +197,12 @@ impl ElementAssembly {
                     }
                 }
             }
+            for ((node, now), load) in rod.nodes.iter().zip(now).zip(&rod.turning) {
+                let block = load.stiffness(&now.turn);
+                self.spread((node, now), (node, now), &block, |a, b, m| {
+                    place[self.pattern.block(a, b)] += picked(m);
+                });
+            }
             for ((node, now), wrench) in rod.nodes.iter().zip(now).zip(forces) {
                 if let Some((site, block)) = turned_lever(node, now, wrench) {
                     place[site] += picked(&block);

@@ -17,6 +17,7 @@ mod descent;
 mod hold;
 mod linear;
 mod refined;
+mod rest;
 mod sample;
 mod strain_at_point;
 mod system;
@@ -28,6 +29,7 @@ pub use system::{ElementMoment, INTEGRALS};
 use super::assembly::{HeavyAssembly, Tie};
 use super::law::Law;
 use super::rod::RodDescription;
+use super::turning_load::TurningLoad;
 use crate::assembly::{AttachedTo, BodyMotion};
 use crate::body::{Mass, RigidBody, Support};
 use crate::error::{Error, Result};
@@ -124,6 +126,8 @@ struct ElementRod {
     places: Vec<f64>,
     /// Springs of the strains held rigid.
     springs: Vec<(usize, f64)>,
+    /// Loads without a potential on the nodes; none on a rod without such loads.
+    turning: Vec<TurningLoad>,
     /// True if something holds or rides on the end.
     is_held: bool,
 }
@@ -311,6 +315,10 @@ impl ElementAssembly {
         if !law.branches().is_empty() {
             return Err(only_strains("Maxwell branches"));
         }
+        let moves = given.grain.support().is_some_and(|clamp| !clamp.is_fixed());
+        if moves && given.turning.is_some() {
+            return Err(only_strains("loads that turn with a rod on a moving clamp"));
+        }
         let degree = self.mesh.degree;
         let breaks = given.breaks();
         let ends: Vec<f64> = [0.0].iter().chain(&breaks).chain(&[1.0]).copied().collect();
@@ -344,6 +352,7 @@ impl ElementAssembly {
         }
         let last = places.len() - 1;
         let mut nodes = Vec::with_capacity(places.len());
+        let mut turning = Vec::new();
         let mut base = from.clone();
         base.on.place = given.curve.base(&base.on.place);
         for (i, parts) in parts.iter().enumerate() {
@@ -354,6 +363,8 @@ impl ElementAssembly {
             };
             let weight: f64 = parts.iter().map(|(_, weight)| weight).sum();
             let piece = given.piece(parts, SLENDER * weight * law.length())?;
+            let piece = piece.with_dead_force(given.force_at_place(places[i]))?;
+            turning.extend(given.turning_on(parts, places[i]));
             nodes.push(match tie {
                 None => self.free_node(piece),
                 Some(tie) => {
@@ -377,6 +388,7 @@ impl ElementAssembly {
             nodes,
             places,
             springs,
+            turning,
             is_held: to.is_some(),
         });
         Ok(())

@@ -100,8 +100,10 @@ impl ElementAssembly {
                     .acceleration;
                 mass.mass() * free.fixed_rows::<3>(3).norm()
             });
-            forces.sum()
+            forces.sum::<f64>()
         };
+        let turning = self.rods.iter().flat_map(|rod| &rod.turning);
+        let turning: f64 = turning.map(|load| load.force.norm()).sum();
         let force = times
             .iter()
             .fold(0.0, |most, t| f64::max(most, force_at(*t)));
@@ -110,7 +112,7 @@ impl ElementAssembly {
             .sum();
         let gives = self.rods.iter().flat_map(|rod| {
             let length = rod.law().length();
-            let pull = force + speed / length;
+            let pull = force + turning + speed / length;
             rod.springs.iter().map(move |(i, spring)| {
                 let lever = if *i < 3 { length.powi(2) } else { 1.0 };
                 pull * lever / spring

@@ -56,7 +56,7 @@ pub struct ElementMoment {
     pub t: f64,
     pub(super) sites: Vec<Moving>,
     pub(super) nodes: Vec<Vec<NodeNow>>,
-    /// (couple, force) of the strains on the nodes of each rod, the negative of the derivative of the energy.
+    /// (couple, force) of the strains, and of loads that turn with them, on the nodes of each rod.
     pub(super) forces: Vec<Vec<Vector6<f64>>>,
     /// (couple, force) of the nodes on each site.
     pub(super) on_sites: Vec<Vector6<f64>>,
@@ -315,6 +315,11 @@ impl ElementAssembly {
                 elastic += energy;
                 powers[0] += loss;
                 powers[1] += power;
+            }
+            for ((now, load), pushed) in now.iter().zip(&rod.turning).zip(&mut pushed) {
+                let wrench = load.wrench(&now.turn);
+                *pushed += wrench;
+                powers[1] += wrench.dot(&join(&now.spin, &now.velocity));
             }
             for ((node, now), wrench) in rod.nodes.iter().zip(&now).zip(&pushed) {
                 self.add_to_sites(node, now, wrench, &mut on_sites);
@@ -591,6 +596,11 @@ impl System for ElementAssembly {
 }
 
 impl ElementAssembly {
+    /// Size of a change of places and rotations, in the mean over all sites.
+    pub(super) fn size_of_motion(&self, change: &DVector<f64>) -> f64 {
+        self.square_of_motion(change, 0.0).sqrt()
+    }
+
     /// Places in the mean over all sites, in units of length, with rotations of less weight; velocities by what they
     /// move in the time `h`.
     fn square_of_motion(&self, error: &DVector<f64>, h: f64) -> f64 {

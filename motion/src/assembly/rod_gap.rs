@@ -1,0 +1,248 @@
+//! Distances of the rods of an assembly from obstacles. In motion the contact of rods is not followed, so the run ends
+//! where a rod touches.
+
+use super::{AssemblyRun, StateVector};
+use crate::event::Outcome;
+use crate::locate::{Guess, Timed, locate};
+use crate::run::{RodBound, RodTouch};
+use nalgebra::Vector3;
+use snaprod_systems::assembly::Evaluated;
+use snaprod_systems::contact::Gap;
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::stepper::AcceptedStep;
+
+/// Intervals of a rod; the centreline is interpolated between their ends.
+const INTERVALS: usize = 32;
+/// Intervals of the second look at the place that is nearest.
+const FINER: usize = 8;
+/// Gap, in lengths of the rod, below which the nearest place is looked at again.
+const NEAR: f64 = 0.02;
+/// Halvings of the nearest place on a cubic.
+const HALVINGS: usize = 40;
+/// Fractions of a step at which touches inside the step are looked for.
+const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
+
+/// A place of a rod in the world, and its derivative by arclength.
+#[derive(Clone, Copy)]
+pub(super) struct Mark {
+    s: f64,
+    x: Vector3<f64>,
+    along: Vector3<f64>,
+}
+
+/// Places of one rod, in the order of arclength.
+pub(super) type Marks = Vec<Mark>;
+
+impl Mark {
+    /// The place at the fraction `u` of the way to the next mark, on the cubic with both tangents.
+    fn between(&self, next: &Self, u: f64) -> Self {
+        let ds = next.s - self.s;
+        let [d0, d1] = [self.along * ds, next.along * ds];
+        let (v, jump) = (1.0 - u, next.x - self.x);
+        let x = self.x + jump * (u * u * (3.0 - 2.0 * u)) + (d0 * v - d1 * u) * (u * v);
+        let rate = jump * (6.0 * u * v) + d0 * (v * (1.0 - 3.0 * u)) + d1 * (u * (3.0 * u - 2.0));
+        Self {
+            s: self.s + u * ds,
+            x,
+            along: rate / ds,
+        }
+    }
+}
+
+/// The place of a rod that is nearest to an obstacle.
+struct NearestPlace {
+    obstacle: usize,
+    /// The mark before the place.
+    first: usize,
+    s: f64,
+    gap: f64,
+}
+
+/// The least gap of a rod, given by `marks`, from the obstacles, with its place. The ends of the
+/// rod are held by others and do not count.
+fn nearest(
+    marks: &[Mark],
+    gaps: impl Iterator<Item = (usize, impl Fn(&Vector3<f64>) -> Gap)>,
+    apart: [f64; 2],
+) -> Option<NearestPlace> {
+    let mut least: Option<NearestPlace> = None;
+    for (obstacle, distance) in gaps {
+        let mut take = |first: usize, s: f64, gap: f64| {
+            let counts = apart[0] < s && s < apart[1];
+            if counts && least.as_ref().is_none_or(|least| gap < least.gap) {
+                least = Some(NearestPlace {
+                    obstacle,
+                    first,
+                    s,
+                    gap,
+                });
+            }
+        };
+        let seen = |mark: &Mark| {
+            let gap = distance(&mark.x);
+            (gap.value, gap.normal.dot(&mark.along))
+        };
+        let values: Vec<(f64, f64)> = marks.iter().map(seen).collect();
+        for (i, pair) in values.windows(2).enumerate() {
+            let [(gap, falls), (_, rises)] = *pair else {
+                continue;
+            };
+            take(i, marks[i].s, gap);
+            if falls >= 0.0 || rises <= 0.0 {
+                continue;
+            }
+            let mut ends = [0.0, 1.0];
+            for _ in 0..HALVINGS {
+                let u = 0.5 * (ends[0] + ends[1]);
+                let falling = seen(&marks[i].between(&marks[i + 1], u)).1 < 0.0;
+                ends[usize::from(!falling)] = u;
+            }
+            let place = marks[i].between(&marks[i + 1], ends[1]);
+            take(i, place.s, seen(&place).0);
+        }
+    }
+    least
+}
+
+/// Largest displacement of the places of a rod between two moments.
+fn moved(from: &[Mark], to: &[Mark]) -> f64 {
+    let ways = from.iter().zip(to).map(|(a, b)| (b.x - a.x).norm());
+    ways.fold(0.0, f64::max)
+}
+
+impl<'a> AssemblyRun<'a> {
+    /// Places of a rod at the given fractions of the rod's length.
+    fn marks(&self, at: &Evaluated, rod: usize, places: &[f64]) -> Option<Marks> {
+        let point = &at.points[rod];
+        let link = &self.assembly.links()[rod];
+        let seen = link
+            .seen_at(at.integrals.time, &point.base.pose.rotation)
+            .ok()?;
+        let length = seen.rod().length();
+        let at_places: Vec<f64> = places.iter().map(|s| s * length).collect();
+        let sections = seen.shape(&at.now.charts[rod], &point.held(), &at_places, self.along());
+        let base = point.base.pose;
+        let mark = |(s, section): (&f64, snaprod_systems::rod::RodSection)| {
+            let pose = base * section.pose();
+            let strain = section.strain;
+            let stretch = Vector3::new(strain[3], strain[4], strain[5]);
+            Mark {
+                s: *s,
+                x: pose.translation.vector,
+                along: pose.rotation * stretch * length,
+            }
+        };
+        Some(places.iter().zip(sections.ok()?).map(mark).collect())
+    }
+
+    /// All rods at a state, and the one that is nearest to an obstacle.
+    fn look_at_rods(&self, state: &StateVector) -> Option<(Vec<Marks>, Option<RodTouch>)> {
+        let bodies = self.among()?;
+        let at = (self.assembly).evaluated(&state.seen(self.until).0, self.along())?;
+        let t = at.integrals.time;
+        let even = |from: f64, to: f64, n: usize| -> Vec<f64> {
+            (0..=n)
+                .map(|i| from + (to - from) * i as f64 / n as f64)
+                .collect()
+        };
+        let mut all = Vec::new();
+        let mut touch: Option<RodTouch> = None;
+        for (rod, link) in self.assembly.links().iter().enumerate() {
+            let marks = self.marks(&at, rod, &even(0.0, 1.0, INTERVALS))?;
+            let diameter = link.diameter().unwrap_or(0.0);
+            let held = diameter / link.rod().length();
+            let apart = [held, 1.0 - held];
+            let mut found = nearest(&marks, bodies.gaps_of_rod(rod, t), apart);
+            let close = |near: &&NearestPlace| near.gap - diameter < NEAR * link.rod().length();
+            if let Some(near) = found.as_ref().filter(close) {
+                // A second look where the rod is nearest.
+                let first = near.first.saturating_sub(1);
+                let last = (near.first + 2).min(INTERVALS);
+                let fine = even(marks[first].s, marks[last].s, FINER);
+                let fine = self.marks(&at, rod, &fine)?;
+                found = nearest(&fine, bodies.gaps_of_rod(rod, t), apart);
+            }
+            if let Some(found) = found {
+                let gap = found.gap - 0.5 * diameter;
+                if touch.is_none_or(|touch| gap < touch.gap) {
+                    touch = Some(RodTouch {
+                        bound: RodBound::Touch,
+                        rod,
+                        obstacle: found.obstacle,
+                        s: found.s * link.rod().length(),
+                        gap,
+                    });
+                }
+            }
+            all.push(marks);
+        }
+        Some((all, touch))
+    }
+
+    /// Looks at the rods now. Returns the place that is nearest to an obstacle; None if rods pass through.
+    pub(super) fn mark_rods(&mut self) -> Option<RodTouch> {
+        if !self.contacts.as_ref()?.rods_touch {
+            return None;
+        }
+        let (marks, touch) = self.look_at_rods(self.solver.state())?;
+        self.extra.evaluations += 2;
+        self.contacts.as_mut()?.marks = marks;
+        touch
+    }
+
+    /// Shortens the step to the first touch of a rod with an obstacle. The inner None: the touch was lost.
+    pub(super) fn rod_touch(
+        &mut self,
+        step: &mut AcceptedStep<StateVector>,
+    ) -> Option<Option<Outcome>> {
+        if !self.contacts.as_ref()?.rods_touch {
+            return None;
+        }
+        let (marks, mut near) = self.look_at_rods(step.to())?;
+        self.extra.evaluations += 2;
+        let before = std::mem::replace(&mut self.contacts.as_mut()?.marks, marks.clone());
+        let mut part = 1.0;
+        let way = (before.iter().zip(&marks)).map(|(from, to)| moved(from, to));
+        let way = way.fold(0.0, f64::max);
+        if !near.as_ref().is_some_and(RodTouch::is_one) {
+            if near.is_none_or(|near| near.gap > way) {
+                return None;
+            }
+            let f = self.right_hand_side();
+            let mut cost = Cost::default();
+            let dense = step.interpolant(&mut { f }, &mut cost)?;
+            self.extra.evaluations += cost.evaluations;
+            for x in INSIDE {
+                let there = self.look_at_rods(&dense.at(x)).and_then(|(_, near)| near);
+                if there.as_ref().is_some_and(RodTouch::is_one) {
+                    (near, part) = (there, x);
+                    break;
+                }
+            }
+        }
+        let touch = near.filter(RodTouch::is_one)?;
+        let gap = |state: &StateVector| {
+            let seen = self.look_at_rods(state).and_then(|(_, near)| near);
+            seen.map_or(f64::INFINITY, |near| near.gap)
+        };
+        let h = part * step.h();
+        let (first, last) = (gap(step.from()), touch.gap);
+        let guess = Guess {
+            h: h * first / (first - last),
+            rate: (last - first) / h,
+            t: step.from().time(),
+        };
+        let mut cost = Cost::default();
+        let f = self.right_hand_side();
+        let found = locate(step, &mut { f }, guess, |state, _| gap(state), &mut cost);
+        self.extra.evaluations += cost.evaluations;
+        let Some(found) = found else {
+            return Some(None);
+        };
+        *step = found.step;
+        self.solver
+            .rewind(step.to().clone(), step.end_slope().clone());
+        let there = self.look_at_rods(step.to()).and_then(|(_, near)| near);
+        Some(Some(Outcome::RodTouch(there.unwrap_or(touch))))
+    }
+}

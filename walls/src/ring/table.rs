@@ -1,0 +1,119 @@
+//! The tube law of a ring as a table of Chebyshev series, for flows that ask for it a million times a second.
+
+use super::{Contact, ROUNDING, Ring};
+use crate::chebyshev::Pieces;
+use snaprod_core::{Error, Result};
+
+/// Error allowed in a table, relative to the largest pressure of the open branch.
+const ERROR: f64 = 1e-13;
+
+/// P and dP/dalpha over the area, and the area over P, exact to 1e-12. In contact along a line the law is closed.
+#[derive(Debug, Clone)]
+pub struct RingTable {
+    open: Stage,
+    /// The contact at a point; `None` for modes whose branch ends there.
+    point: Option<Stage>,
+    /// P alpha^(3/2) in contact along a line; NaN where there is none.
+    line_law: f64,
+}
+
+/// One smooth part of the branch.
+#[derive(Debug, Clone)]
+struct Stage {
+    areas: [f64; 2],
+    pressures: [f64; 2],
+    pressure: Pieces,
+    area: Pieces,
+}
+
+impl Stage {
+    fn new(ring: &Ring, areas: [f64; 2], pressures: [f64; 2]) -> Result<Self> {
+        let [wide, narrow] = areas;
+        let [low, high] = pressures;
+        let mut pressure_of = |area: f64| Ok(ring.at_area(area)?.pressure);
+        let mut area_of = |pressure: f64| Ok(ring.at_pressure(pressure)?.area);
+        Ok(Self {
+            areas,
+            pressures,
+            pressure: Pieces::new((narrow, wide), ERROR * high, &mut pressure_of)?,
+            area: Pieces::new((low, high), ERROR * wide, &mut area_of)?,
+        })
+    }
+}
+
+impl RingTable {
+    /// Tabulates the branch of an inextensible ring.
+    ///
+    /// # Errors
+    /// An extensible ring, whose round branch the table does not have.
+    pub fn new(ring: &Ring) -> Result<Self> {
+        if ring.compliance > 0.0 {
+            return Err(Error::domain(
+                "tables are of the inextensible ring; ask the extensible ring itself",
+            ));
+        }
+        let (buckling, touch) = (ring.buckling(), ring.touch());
+        let areas = [buckling.area, touch.area];
+        let open = Stage::new(ring, areas, [buckling.pressure, touch.pressure])?;
+        let point = match ring.line() {
+            Some(line) => {
+                let pressures = [touch.pressure, line.pressure];
+                Some(Stage::new(ring, [touch.area, line.area], pressures)?)
+            }
+            None => None,
+        };
+        let line_law = ring
+            .line()
+            .map_or(f64::NAN, |line| line.pressure * line.area.powf(1.5));
+        Ok(Self {
+            open,
+            point,
+            line_law,
+        })
+    }
+
+    /// P and dP/dalpha at the area `area` of a buckled section; NaN outside of the branch.
+    #[inline]
+    pub fn pressure(&self, area: f64) -> (f64, f64) {
+        if !(0.0 < area && area <= self.open.areas[0]) {
+            return (f64::NAN, f64::NAN);
+        }
+        if area >= self.open.areas[1] {
+            return self.open.pressure.at(area);
+        }
+        match &self.point {
+            Some(point) if area >= point.areas[1] => point.pressure.at(area),
+            _ => {
+                let pressure = self.line_law / (area * area.sqrt());
+                (pressure, -1.5 * pressure / area)
+            }
+        }
+    }
+
+    /// The area of the buckled section under P; NaN below buckling and past the end of the branch.
+    #[inline]
+    pub fn area(&self, pressure: f64) -> f64 {
+        if !(self.open.pressures[0]..f64::INFINITY).contains(&pressure) {
+            return f64::NAN;
+        }
+        let [_, touch] = self.open.pressures;
+        if pressure <= touch || self.point.is_none() && pressure <= touch * (1.0 + ROUNDING) {
+            return self.open.area.at(pressure).0;
+        }
+        match &self.point {
+            Some(point) if pressure <= point.pressures[1] => point.area.at(pressure).0,
+            _ => (self.line_law / pressure).cbrt().powi(2),
+        }
+    }
+
+    /// Contact of the section of the area `area`.
+    pub fn contact(&self, area: f64) -> Contact {
+        if area > self.open.areas[1] {
+            return Contact::None;
+        }
+        match &self.point {
+            Some(point) if area <= point.areas[1] => Contact::Line,
+            _ => Contact::Point,
+        }
+    }
+}
