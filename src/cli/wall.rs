@@ -176,7 +176,7 @@ fn diagram(record: &WallBranchRecord) -> Lines {
         series.push(curve(
             &at.label,
             &|label| label == at.label,
-            LineStyle::Dots,
+            LineStyle::LineMarks,
         ));
     }
     Lines {

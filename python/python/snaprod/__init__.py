@@ -138,7 +138,7 @@ def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **
     >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
     >>> start = {"lambda": 6.3, "kappa": 0.6, "velocity": [0.0, -0.5]}
     >>> run = snaprod.run({"rod": rod, "body": {"mass": 1.0}, "start": start, "run": {"duration": 1.0}})
-    >>> run.outcome, len(run.events), round(run.t[-1], 12)
+    >>> run.outcome, len(run.events), float(run.t[-1])
     ('end_of_time', 1, 1.0)
     """
     if strain not in ("none", "some", "all"):
@@ -165,7 +165,7 @@ def equilibrium(scene: SceneLike, **set: Any) -> Equilibrium:
 
     Examples
     --------
-    >>> rod = {"model": "cosserat", "length": 1.0, "section": {"bending": 1.0, "torsion": 1.0}}
+    >>> rod = {"model": "cosserat", "length": 1.0, "section": {"bending": [1.0, 1.0], "torsion": 1.0}}
     >>> found = snaprod.equilibrium({"rod": rod, "end": {"couple": [0.0, 1.0, 0.0]}})
     >>> found.index, round(found.summary["energy"], 12)  # half of couple^2 L/B
     (0, 0.5)
@@ -223,7 +223,7 @@ def modes(scene: SceneLike, **set: Any) -> Modes:
     --------
     >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
     >>> strip = {"rod": rod, "body": {"mass": 3.0}, "start": {"rest": "straight"}, "run": {"duration": 1.0}}
-    >>> round(snaprod.modes(strip).angular_frequency[0], 12)  # sqrt(3 B/(m L^3))
+    >>> float(round(snaprod.modes(strip).angular_frequency[0], 12))  # sqrt(3 B/(m L^3))
     1.0
     """
     raw = _core.modes(given(scene, set))
