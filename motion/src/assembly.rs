@@ -17,6 +17,7 @@ mod implicit;
 mod joints;
 mod rod_gap;
 mod sample;
+mod saved;
 mod step;
 
 use branching::Crossing;
@@ -181,6 +182,16 @@ impl<'a> AssemblyRun<'a> {
     /// # Errors
     /// Rods whose ends are off their attachments, or that stand at a fold; a landing on a sheet of the plane.
     pub fn new(assembly: Assembly, start: &Configuration, options: Options) -> Result<Self> {
+        Self::begin(assembly, start, Integrals::default(), options)
+    }
+
+    /// A run from `start` at the time and with the sums of `integrals`.
+    fn begin(
+        assembly: Assembly,
+        start: &Configuration,
+        integrals: Integrals,
+        options: Options,
+    ) -> Result<Self> {
         if let LandingRule::Named(_) = options.landing {
             return Err(Error::domain(
                 "landing: equilibria have names of sheets in the plane alone, and there under no load along the rod, its weight or another; tell them by \
@@ -189,12 +200,13 @@ impl<'a> AssemblyRun<'a> {
         }
         first_order_mass::check(&assembly, &options)?;
         joints::check(&assembly, &options)?;
+        one_drive(&assembly)?;
         Body::start_in_grooves(assembly.carriers(), &start.bodies)?;
         let mut assembly = Arc::new(assembly);
         let local = options.local_tolerance();
         let along = (ALONG * local).max(FINEST);
         let start = &assembly.complete_spins(start, along)?;
-        let state = assembly.state(start, &Integrals::default());
+        let state = assembly.state(start, &integrals);
         let followed = |assembly: &Assembly, state: &DVector<f64>| {
             assembly.evaluated(state, along).ok_or_else(|| {
                 Error::domain("the rods cannot be followed under the wrenches of the start")
@@ -246,7 +258,7 @@ impl<'a> AssemblyRun<'a> {
             })?;
         let leaves = assembly.leaves_groove(&numbers.0, &slope.0, options.tolerance);
         let near = if assembly.looks_for_contacts() {
-            Nearness::at(&assembly, 0.0, start)
+            Nearness::at(&assembly, integrals.time, start)
         } else {
             Nearness::default()
         };
@@ -272,8 +284,8 @@ impl<'a> AssemblyRun<'a> {
             options,
             dense: None,
             slowed: None,
-            until: assembly.next_break(0.0).next_down(),
-            since: (0.0, watch.iter().map(|rod| rod.det).collect()),
+            until: assembly.next_break(integrals.time).next_down(),
+            since: (integrals.time, watch.iter().map(|rod| rod.det).collect()),
             largest: vec![0.0; links],
             taken_by: (assembly, None),
             watch,
@@ -426,6 +438,9 @@ impl<'a> AssemblyRun<'a> {
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
         }
+        if self.assembly.links()[link].has_turning() {
+            return Ok(self.turned_over(link));
+        }
         let along = self.along();
         let here = self.sample_now();
         let mut closing = LedgerClosure::new(self.first.ledger.total());
@@ -496,6 +511,17 @@ impl<'a> AssemblyRun<'a> {
         Ok(Event::Snap(snap))
     }
 
+    /// End of a run at the fold of a rod under loads that turn with the rod.
+    fn turned_over(&mut self, link: usize) -> Event {
+        let rod = self.assembly.rod_name(link);
+        let why = Error::domain(format!(
+            "{rod} has come to a fold under loads that turn with it: they have no potential, so that the energy of a snap depends on \
+             the way of its fall, which a rod without friction and mass does not have"
+        ));
+        let remedy = "give the rod friction (damping) or its mass in full (inertia = \"full\"), or end before the fold";
+        self.stuck(Cause::Failed(why), remedy)
+    }
+
     /// Continues from the landing of a snap.
     fn land(&mut self, snap: &Snap) -> Result<()> {
         let state = self.solver.state().0.clone();
@@ -540,6 +566,19 @@ impl<'a> AssemblyRun<'a> {
     }
 }
 
+/// Refuses a rod whose section law varies in time under loads without a potential: their power would count the motion
+/// of the sections at a fixed chart.
+fn one_drive(assembly: &Assembly) -> Result<()> {
+    let mut links = assembly.links().iter().enumerate();
+    match links.find(|(_, link)| link.varies_in_time() && link.has_turning()) {
+        None => Ok(()),
+        Some((k, _)) => Err(Error::domain(format!(
+            "{} has a section law in time and bears loads that turn with it, or couples along it: a motion follows one of the two",
+            assembly.rod_name(k)
+        ))),
+    }
+}
+
 /// Length of the first step.
 fn first_step(state: &StateVector, slope: &StateVector, tolerance: f64) -> f64 {
     let rate = slope.mean_square(state, state).sqrt();
@@ -547,7 +586,14 @@ fn first_step(state: &StateVector, slope: &StateVector, tolerance: f64) -> f64 {
 }
 
 fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
-    (0..assembly.links().len())
-        .map(|k| assembly.index_of_rod(k, at, tolerance))
+    let links = assembly.links().iter().enumerate();
+    links
+        .map(|(k, link)| {
+            if link.has_turning() {
+                Ok(0)
+            } else {
+                assembly.index_of_rod(k, at, tolerance)
+            }
+        })
         .collect()
 }

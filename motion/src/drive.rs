@@ -1,6 +1,7 @@
 //! The interface of a motion of any model, and the loop that takes samples at even times.
 
 use super::event::{Event, Outcome};
+use super::saved_state::SavedState;
 use super::snap::Snap;
 use super::state::{State, StateRef};
 use snaprod_systems::error::{Error, Result};
@@ -32,6 +33,35 @@ pub trait Motion<'a> {
     /// The state at a time within the last step; None outside it.
     fn sample(&mut self, t: f64) -> Option<StateRef<'_>>;
 
+    /// Everything from which the motion goes on, at a time within the last step or at its end.
+    ///
+    /// # Errors
+    /// A time outside the last step; a state that cannot be saved, with the reason.
+    fn save(&mut self, _t: f64) -> Result<SavedState> {
+        Err(Error::domain(
+            "the state of a rod that touches obstacles cannot be saved: write rods = \"none\" in [contact], or follow the run \
+             to its end",
+        ))
+    }
+
+    /// Goes on from a saved state of the same method. Loads, friction and other laws may have changed since: the change
+    /// of energy at the state is booked as work.
+    ///
+    /// # Errors
+    /// The state of another method or of other rods; a state in which the rods cannot be.
+    fn restore(&mut self, _saved: &SavedState) -> Result<()> {
+        Err(Error::domain(
+            "a rod that touches obstacles does not go on from a saved state",
+        ))
+    }
+
+    /// Sees anew the loads at the end of the last step, after a [`Steered`](snaprod_systems::body::Steered) one has
+    /// changed there. States within the last step are no longer to be sampled.
+    ///
+    /// # Errors
+    /// Contacts without forces under the new loads.
+    fn renew(&mut self) -> Result<()>;
+
     /// End of time.
     fn duration(&self) -> f64;
 
@@ -46,6 +76,11 @@ pub trait Motion<'a> {
 
     /// Resolution of the strains along the rod; None for models without strain fields.
     fn resolution(&self) -> Option<Resolution> {
+        None
+    }
+
+    /// Why strains at nodes follow rods with mass where elements do by default; None if there is no such choice.
+    fn why_no_elements(&self) -> Option<&str> {
         None
     }
 

@@ -29,6 +29,7 @@ mod locate;
 mod options;
 pub mod reduction;
 mod run;
+mod saved_state;
 mod sheet;
 mod snap;
 mod start;
@@ -44,6 +45,7 @@ pub use light_rod_reference::{
 };
 pub use options::{Nodes, Options};
 pub use run::{AmongObstacles, RodBound, RodTouch, Run, Sample, on_elastica};
+pub use saved_state::SavedState;
 pub use sheet::{OnSheet, Phase, Progress};
 pub use snap::{LandingRule, Snap, SnapEnd};
 pub use snaprod_systems::error::{Cause, Error, Result, Stuck};

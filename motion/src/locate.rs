@@ -137,6 +137,43 @@ pub fn first_fold<S: Timed>(
     None
 }
 
+/// Fractions of a step at which rods are looked at.
+const LOOKS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
+
+/// What `look` first sees inside a step, and the fraction of the step there. The outer None: the step has no
+/// interpolant.
+pub fn seen_inside<S: Timed, T>(
+    step: &mut AcceptedStep<S>,
+    f: &mut impl Slopes<S>,
+    look: impl Fn(&S) -> Option<T>,
+    cost: &mut Cost,
+) -> Option<Option<(f64, T)>> {
+    let dense = step.interpolant(f, cost)?;
+    Some(
+        LOOKS
+            .into_iter()
+            .find_map(|x| Some((x, look(&dense.at(x))?))),
+    )
+}
+
+/// The step shortened to the zero of `gap`, which has the value `last` at the fraction `part`.
+pub fn end_at_zero<S: Timed>(
+    step: &mut AcceptedStep<S>,
+    f: &mut impl Slopes<S>,
+    (part, last): (f64, f64),
+    gap: impl Fn(&S) -> f64,
+    cost: &mut Cost,
+) -> Option<AcceptedStep<S>> {
+    let h = part * step.h();
+    let first = gap(step.from());
+    let guess = Guess {
+        h: h * first / (first - last),
+        rate: (last - first) / h,
+        t: step.from().time(),
+    };
+    locate(step, f, guess, |state, _| gap(state), cost).map(|found| found.step)
+}
+
 /// The first fraction of a step at which `room` is not positive, to rounding. The search samples at `places` equal
 /// intervals and at the minima between them. None if `room` is not positive at the start, or positive all along.
 pub fn first_change<S>(

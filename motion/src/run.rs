@@ -4,6 +4,7 @@ mod contacts;
 mod elastica;
 mod first_order_mass;
 mod rod_gap;
+mod saved;
 mod touched_sample;
 mod touching;
 
@@ -15,6 +16,7 @@ use super::drive::{Motion, StateVariables};
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
 use super::options::Options;
+use super::saved_state::SavedState;
 use super::sheet::{OnSheet, Phase, Progress};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
@@ -274,6 +276,12 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Cost so far.
     pub fn cost(&self) -> Cost {
         self.past + self.motion.cost()
+    }
+
+    /// Sees anew the loads at the end of the last step ([`Motion::renew`]).
+    fn see_loads_anew(&mut self) -> Result<()> {
+        self.motion.look_anew();
+        self.settle_contacts()
     }
 
     /// Snaps so far.
@@ -579,6 +587,18 @@ where
 
     fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
         Some(StateRef::Made(Box::new(self.sample(t)?)))
+    }
+
+    fn save(&mut self, t: f64) -> Result<SavedState> {
+        self.save(t)
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<()> {
+        self.restore(saved)
+    }
+
+    fn renew(&mut self) -> Result<()> {
+        self.see_loads_anew()
     }
 
     fn duration(&self) -> f64 {

@@ -367,6 +367,12 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(progress)
     }
 
+    /// Lets the next step look anew at the loads, one of which has changed at the present state.
+    pub fn look_anew(&mut self) {
+        self.until = f64::NAN;
+        self.shaking.forget();
+    }
+
     /// Sets the latest time at which loads and clamp are evaluated. Time is an integrated variable, so the
     /// stages of a step may lie behind the break at which the step is to end, where loads jump. They take the
     /// values just before the break.

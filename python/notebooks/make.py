@@ -164,6 +164,75 @@ assert abs(alone.values["rod.bending_stiffness"] / 0.05 - 1) < 1e-2''',
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
+STEPPING = [
+    """# Stepping and control
+
+A motion that is stepped: its state can be looked at, saved, steered. Here an upright strip carries a mass that buckles it, and leans to one side.""",
+    '''import matplotlib.pyplot as plt
+import numpy as np
+import snaprod
+
+euler = np.pi**2 / 4
+strip = {
+    "rod": {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0},
+    "clamp": {"angle": np.pi / 2},
+    "body": {"mass": 1.0},
+    "loads": {"dead": [0.0, -1.5 * euler], "drag": 1.0},
+    "start": {"lambda": np.sqrt(1.5 * euler), "kappa": 0.7},
+    "run": {"duration": 100.0, "tolerance": 1e-9},
+}
+sim = snaprod.Simulation(strip, push=True)
+calm = sim.follow(20.0, 401)
+print(f"x = {sim.x:.6f}, speed {np.hypot(sim.vx, sim.vy):.1e}")
+leaning = sim.state
+leaning''',
+    """The state is a small object with all from which the motion goes on. A steered force stays until it is changed. How hard must the mass be pushed
+to come over to the other side? A bisection, each try from the same state.""",
+    '''def comes_over(force):
+    sim.reset(leaning)
+    side = np.sign(sim.x)
+    sim.push([-side * force, 0.0])
+    sim.advance(22.0)
+    sim.push([0.0, 0.0])
+    sim.advance(40.0)
+    return sim.x * side < 0.0
+
+low, high = 0.0, 8.0
+for _ in range(20):
+    middle = 0.5 * (low + high)
+    low, high = (low, middle) if comes_over(middle) else (middle, high)
+print(f"a push for 2 units of time must be {high:.4f}")
+assert comes_over(high) and not comes_over(low)''',
+    """A controller is a function of the simulation. This one pushes to the other side, and brakes there.""",
+    '''sim.reset(leaning)
+other = -np.sign(sim.x)
+
+def control(now):
+    return [4.0 * other, 0.0] if now.x * other < 0.0 else [-1.5 * now.vx, -1.5 * now.vy]
+
+steered = sim.follow(30.0, 401, control=control)
+figure, axes = plt.subplots()
+axes.plot(calm["t"], calm["x"], label="let go")
+axes.plot(steered["t"], steered["x"], label="steered")
+axes.set(xlabel="t", ylabel="x")
+axes.legend()
+assert np.sign(steered["x"][0]) == -np.sign(steered["x"][-1])''',
+    """The work of the controller is in the ledger, so that the total stays.""",
+    '''total = steered["total"]
+print(f"work {steered['work'][-1] - steered['work'][0]:.4f}, the total changes by {np.ptp(total):.1e}")
+assert np.ptp(total) < 1e-6''',
+    """Loads and friction may change, too. What cannot change is refused by name.""",
+    '''sim.set(loads__drag=0.1, loads__dead=[0.0, -1.2 * euler])
+freer = sim.follow(60.0, 801)
+try:
+    sim.set(rod__length=2.0)
+except snaprod.SceneError as error:
+    print(error)
+axes = plt.figure().gca()
+axes.plot(freer["x"], freer["y"])
+axes.set(xlabel="x", ylabel="y", aspect="equal")''',
+]
+
 
 def write(name: str, cells: list[str]) -> None:
     """Text where a cell begins as prose, code where not."""
@@ -183,3 +252,4 @@ if __name__ == "__main__":
     write("branch.ipynb", BRANCH)
     write("sweep.ipynb", SWEEP)
     write("fit.ipynb", FIT)
+    write("stepping.ipynb", STEPPING)

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
 use serde_json::{Value, json};
 use snaprod::scene::{Fault, Faults};
-use snaprod::study::{Column, Table, Values, exact};
+use snaprod::study::{Cell, Column, Table, Values, exact};
 
 /// JSON as plain values of Python.
 pub fn value<'py>(py: Python<'py>, json: &Value) -> PyResult<Bound<'py, PyAny>> {
@@ -43,6 +43,16 @@ pub fn table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>
     });
     out.set_item("columns", columns.collect::<PyResult<Vec<_>>>()?)?;
     Ok(out)
+}
+
+/// A cell; None for a missing one.
+pub fn cell<'py>(py: Python<'py>, cell: &Cell) -> PyResult<Bound<'py, PyAny>> {
+    match cell {
+        Cell::Real(x) => x.into_bound_py_any(py),
+        Cell::Integer(n) => n.into_bound_py_any(py),
+        Cell::Word(word) => word.into_bound_py_any(py),
+        Cell::Missing => Ok(py.None().into_bound(py)),
+    }
 }
 
 /// A column as an array. Integers with gaps become reals with NaN, words a list.

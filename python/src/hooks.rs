@@ -1,8 +1,9 @@
 //! Ctrl-C and progress while Rust works without the lock of the interpreter.
 
-use crate::convert::refused;
+use crate::convert::{self, refused};
 use pyo3::prelude::*;
-use snaprod::study::Hooks;
+use pyo3::types::PyDict;
+use snaprod::study::{Cell, Column, Hooks};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,10 @@ pub const EVERY: Duration = Duration::from_millis(50);
 pub struct Watch {
     /// Called with the fraction done and the time or parameter reached.
     progress: Option<Py<PyAny>>,
+    /// Called with every sample of a run, a dict by the names of the columns.
+    on_sample: Option<Py<PyAny>>,
+    /// Called with every event of a run, a dict.
+    on_event: Option<Py<PyAny>>,
     asked: Instant,
     fraction: f64,
     at: f64,
@@ -23,10 +28,28 @@ impl Watch {
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
         Self {
             progress,
+            on_sample: None,
+            on_event: None,
             asked: Instant::now(),
             fraction: 0.0,
             at: 0.0,
             raised: None,
+        }
+    }
+
+    /// These hooks with functions that hear samples and events of a run.
+    pub fn hearing(mut self, on_sample: Option<Py<PyAny>>, on_event: Option<Py<PyAny>>) -> Self {
+        (self.on_sample, self.on_event) = (on_sample, on_event);
+        self
+    }
+
+    /// Calls a function of Python, unless one has raised before.
+    fn call(&mut self, call: impl FnOnce(Python<'_>, &Self) -> PyResult<()>) {
+        if self.raised.is_some() {
+            return;
+        }
+        if let Err(e) = Python::attach(|py| call(py, self)) {
+            self.raised.get_or_insert(e);
         }
     }
 
@@ -43,6 +66,11 @@ impl Watch {
         if let Err(e) = asked {
             self.raised.get_or_insert(e);
         }
+    }
+
+    /// An exception raised by Python during the work, without a last check for signals: for very short work.
+    pub fn raised(self) -> PyResult<()> {
+        self.raised.map_or(Ok(()), Err)
     }
 
     /// An exception raised by Python during the work, such as KeyboardInterrupt. Work shorter than EVERY has not
@@ -65,6 +93,32 @@ impl Hooks for Watch {
 
     fn progress(&mut self, fraction: f64, at: f64) {
         (self.fraction, self.at) = (fraction, at);
+    }
+
+    fn sample(&mut self, columns: &[Column], row: &[Cell]) {
+        if self.on_sample.is_none() {
+            return;
+        }
+        self.call(|py, watch| {
+            let sample = PyDict::new(py);
+            for (column, cell) in columns.iter().zip(row) {
+                sample.set_item(&column.name, convert::cell(py, cell)?)?;
+            }
+            let mut heard = watch.on_sample.iter();
+            heard.try_for_each(|f| f.call1(py, (&sample,)).map(drop))
+        });
+    }
+
+    fn hears_events(&self) -> bool {
+        self.on_event.is_some()
+    }
+
+    fn event(&mut self, event: serde_json::Value) {
+        self.call(|py, watch| {
+            let event = convert::value(py, &event)?;
+            let mut heard = watch.on_event.iter();
+            heard.try_for_each(|f| f.call1(py, (&event,)).map(drop))
+        });
     }
 }
 

@@ -7,6 +7,7 @@
 mod convert;
 mod fit;
 mod hooks;
+mod simulation;
 mod sweep;
 
 use convert::{fault, refused, table, value};
@@ -64,13 +65,17 @@ fn check<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
     Ok(out)
 }
 
-/// Runs a scene of motion; `strain`: "none", "some" or "all".
+/// Runs a scene of motion; `strain`: "none", "some" or "all"; `state`: a saved state in JSON from which it goes on;
+/// `hears`: functions called with samples and with events.
 #[pyfunction]
+#[pyo3(signature = (given, strain, progress, state, hears))]
 fn run<'py>(
     py: Python<'py>,
     given: Given,
     strain: &str,
     progress: Option<Py<PyAny>>,
+    state: Option<&str>,
+    hears: (Option<Py<PyAny>>, Option<Py<PyAny>>),
 ) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
     let fields = match strain {
@@ -79,14 +84,27 @@ fn run<'py>(
         _ => Fields::Some,
     };
     let mut tables: Vec<Table> = Vec::new();
-    let mut watch = Watch::new(progress);
-    let found = py.detach(|| dispatch::motion(&scene, fields, &mut tables, &mut watch));
-    watch.finish()?;
-    let found = found.map_err(|e| refused(&e))?;
+    let mut watch = Watch::new(progress).hearing(hears.0, hears.1);
+    let state = state.map(simulation::read_state).transpose()?;
+    let found = py.detach(|| match &state {
+        Some(state) => dispatch::motion_from(&scene, state, fields, &mut tables, &mut watch),
+        None => dispatch::motion(&scene, fields, &mut tables, &mut watch),
+    });
+    // What was computed goes with the exception.
+    let raised = watch.finish().err();
+    let found = match (found, &raised) {
+        (Ok(found), _) => found,
+        (Err(_), Some(raised)) => return Err(raised.clone_ref(py)),
+        (Err(e), None) => return Err(refused(&e)),
+    };
     let out = pieces(py, &tables, &found.summary)?;
     out.set_item("events", value(py, &found.events.into())?)?;
     out.set_item("reason", found.reason)?;
     out.set_item("warning", found.warning)?;
+    let state = found.state.as_ref();
+    out.set_item("state", state.ok().map(|state| state.json().to_string()))?;
+    out.set_item("unsaved", state.err())?;
+    out.set_item("raised", raised.map(|raised| raised.into_value(py)))?;
     Ok(out)
 }
 
@@ -111,6 +129,21 @@ fn shapes<'py>(
         .flat_map(|(_, pose)| pose.translation.vector.data.0[0])
         .collect();
     Ok((names, counts, PyArray1::from_vec(py, numbers)))
+}
+
+/// The trajectory at the given times.
+#[pyfunction]
+fn samples<'py>(
+    py: Python<'py>,
+    given: Given,
+    times: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let scene = read(py, &given)?;
+    let times = times.as_array().to_vec();
+    let mut watch = Watch::new(None);
+    let found = py.detach(|| dispatch::samples(&scene, &times, &mut watch));
+    watch.finish()?;
+    table(py, &found.map_err(|e| refused(&e))?)
 }
 
 /// The equilibrium of a scene of statics.
@@ -301,11 +334,13 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.py().check_signals()?;
     PyArray1::<f64>::zeros(module.py(), 0, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<simulation::Simulation>()?;
     module.add_class::<sweep::Sweep>()?;
     module.add_function(wrap_pyfunction!(toml, module)?)?;
     module.add_function(wrap_pyfunction!(path, module)?)?;
     module.add_function(wrap_pyfunction!(check, module)?)?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
+    module.add_function(wrap_pyfunction!(samples, module)?)?;
     module.add_function(wrap_pyfunction!(shapes, module)?)?;
     module.add_function(wrap_pyfunction!(equilibrium, module)?)?;
     module.add_function(wrap_pyfunction!(branch, module)?)?;

@@ -26,6 +26,6 @@ def test_the_programs_run(name, tmp_path, monkeypatch):
 
 def test_the_examples_of_docstrings_hold():
     """Catches a docstring whose numbers are not those that come out."""
-    for name in ("snaprod", "snaprod._fit", "snaprod._sweep"):
+    for name in ("snaprod", "snaprod._fit", "snaprod._results", "snaprod._simulation", "snaprod._sweep"):
         found = doctest.testmod(importlib.import_module(name), extraglobs={"snaprod": snaprod})
         assert found.attempted and not found.failed, name

@@ -111,6 +111,9 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
         NO_INDEX.to_owned()
     };
     line("index", index);
+    for mode in &record.zero_modes {
+        line("zero mode", format!("{mode}; left out of the index"));
+    }
     line("residual", format!("{:.1e}", record.residual));
     let path = match record.from_guess {
         Some(true) => "from the guess",

@@ -11,7 +11,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use snaprod::study::dispatch::{PreparedScene, SceneRun};
 use snaprod::study::export::{posed, shape_arrays, vtk_collection, vtk_frame};
-use snaprod::study::run::{Fields, Prepared, RunRecord};
+use snaprod::study::run::{Fields, Prepared, RunRecord, SimulationState};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -32,6 +32,12 @@ pub struct RunArgs {
     /// Write the rods and bodies at every sample for ParaView: run.pvd and run-0000.vtu, ...
     #[arg(long)]
     pub vtk: bool,
+    /// Write state.json, the state at the end, from which another run goes on (--from).
+    #[arg(long)]
+    pub state: bool,
+    /// Go on from the state.json of another run of the scene: its directory, or the file.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["html", "vtk", "npz"])]
+    pub from: Option<PathBuf>,
 }
 
 impl RunArgs {
@@ -57,6 +63,7 @@ pub const FILES: &[&str] = &[
     "events.json",
     "summary.json",
     "resolved.toml",
+    "state.json",
     "snapshots.*",
     "energies.*",
     "surface.*",
@@ -86,7 +93,10 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let no_start = |e: snaprod::Error| check::no_start(&args.scene.path, &e);
     let prepared = PreparedScene::new(&scene).map_err(no_start)?;
     // A start that cannot run is refused before a directory is made.
-    let start = prepared.start().map_err(no_start)?;
+    let mut start = prepared.start().map_err(no_start)?;
+    if let Some(path) = &args.from {
+        start = start.restored(&saved_state(path)?)?;
+    }
     let directory = args.directory();
     let out = Output::open(directory.as_deref(), FILES, args.output.figures)?;
     signals::watch();
@@ -105,6 +115,12 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     out.write("events.json", json_text(events.clone()).as_bytes())?;
     out.write("summary.json", json_text(summary.clone()).as_bytes())?;
     out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
+    if args.state {
+        match result.state {
+            Ok(state) => out.write("state.json", json_text(state.json()).as_bytes())?,
+            Err(why) => print_error(&format!("warning: state.json is missing: {why}")),
+        }
+    }
     draw(args, &out, &run);
     out.finish(args.output.speaks())?;
     if args.output.json {
@@ -120,6 +136,20 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
         print_error(&format!("the run ended short: {why}"));
     }
     Ok(Ending::Short)
+}
+
+/// The state that another run has written into a directory, or into a file.
+fn saved_state(path: &Path) -> Result<SimulationState, Refusal> {
+    let file = if path.is_dir() {
+        path.join("state.json")
+    } else {
+        path.to_owned()
+    };
+    let named = |why: String| Refusal(format!("--from: {}: {why}", file.display()));
+    let text = std::fs::read_to_string(&file)
+        .map_err(|e| named(format!("{e}; a run with --state writes this file")))?;
+    let value: Value = serde_json::from_str(&text).map_err(|e| named(e.to_string()))?;
+    SimulationState::from_json(&value).map_err(|e| named(e.to_string()))
 }
 
 /// Writes the shapes and draws the figures and the page, as far as they are requested.

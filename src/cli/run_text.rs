@@ -225,13 +225,16 @@ fn cost(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
         branch.closing.relative()
     );
     let cost = &branch.cost;
+    let why = branch.why_no_elements.iter();
+    let why = why.map(|why| format!("the strains at nodes follow the rod: {why}"));
     let Some(nodes) = branch.resolution.filter(|_| !header.is_assembly()) else {
-        return vec![format!(
+        let steps = format!(
             "{closing}; {} steps, {} right-hand sides",
             cost.steps, cost.evaluations
-        )];
+        );
+        return [steps].into_iter().chain(why).collect();
     };
-    vec![
+    let told = [
         format!(
             "dissipated {}{energy}; {closing}",
             rounded(branch.last.ledger.dissipated, 9)
@@ -240,7 +243,8 @@ fn cost(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
             "{} steps, {} of them implicit, {} right-hand sides; up to {} nodes; strain truncation error {:.1e}",
             cost.steps, cost.implicit_steps, cost.evaluations, nodes.most_nodes, nodes.tail
         ),
-    ]
+    ];
+    told.into_iter().chain(why).collect()
 }
 
 /// Folds of the light rods that heavy rods passed in a branch, with the gains of energy after each.

@@ -60,6 +60,9 @@ impl RodMassNote {
 /// Reason why contacts exclude first-order inertia.
 const LOOKED_FOR: &str = "obstacles are looked for";
 
+/// Reason why loads without a potential exclude first-order inertia.
+const TURNED: &str = "a couple, or a load that turns with the rod, acts along it";
+
 /// Reason why time steps of this method exclude first-order inertia in space.
 fn method_excludes_first_order(method: Method) -> Option<&'static str> {
     (method == Method::Symmetric).then_some("symmetric steps do not follow it (run.method)")
@@ -96,6 +99,9 @@ impl Scene {
         if self.has_contact() {
             return Some(LOOKED_FOR);
         }
+        if self.rod.has_turning_loads() {
+            return Some(TURNED);
+        }
         // Only runs in space exclude a method.
         if self.stays_in_plane() {
             None
@@ -110,6 +116,9 @@ impl Scene {
         let axes = "a joint at an end of it has axes";
         if self.has_contact() {
             return Some(LOOKED_FOR);
+        }
+        if rod.is_some_and(|rod| rod.rod.has_turning_loads()) {
+            return Some(TURNED);
         }
         method_excludes_first_order(self.run.as_ref()?.method)
             .or(rod.is_some_and(AssemblyRod::has_joint_axes).then_some(axes))
@@ -183,8 +192,6 @@ impl Scene {
             if rod.damping.is_some() || rod.is_heavy() {
                 return None;
             }
-            let varies = rod.mass_along().is_some();
-            let why = why.or(varies.then_some("its shape varies along it"));
             let why = why.or(rod
                 .field_in_time()
                 .map(|_| "its section law varies in time"));

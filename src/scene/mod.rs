@@ -78,11 +78,12 @@ mod scales;
 mod section;
 mod start;
 mod station;
+mod steered;
 mod tendon;
 mod units;
 mod wall;
 
-pub use crate::body::{Block, History, Pulse, Ramp, Sine};
+pub use crate::body::{Block, History, Pulse, Ramp, Sine, Steered};
 pub use crate::motion::LandingRule;
 pub use crate::section::rate::{Damping, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 pub use crate::section::{
@@ -120,6 +121,7 @@ pub use start::{
     StrainRate,
 };
 pub use station::Station;
+pub use steered::SteeredForce;
 pub use tendon::{Pull, Tendon};
 pub use units::Units;
 pub use wall::{

@@ -82,6 +82,10 @@ fn listed_loads(scene: &Scene) -> serde_json::Result<Vec<Value>> {
                 if load.couple == [0.0; 3] {
                     table.remove("couple");
                 }
+                if load.turns_with_end(rod.length) {
+                    table.remove("s");
+                    table.insert("on".to_owned(), "end".into());
+                }
                 if let (true, Some(Value::Array(force))) =
                     (scene.is_planar(), table.get_mut("force"))
                 {

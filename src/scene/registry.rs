@@ -329,7 +329,7 @@ impl<'a> Registry<'a> {
                     self.add("table.size", size, [x]);
                 }
             }
-            History::Custom(_) => {}
+            History::Custom(_) | History::Steered(_) => {}
         }
     }
 

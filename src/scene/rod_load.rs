@@ -15,7 +15,7 @@ pub enum LoadPlace {
         /// `"end"`.
         on: EndWord,
     },
-    /// One place inside the rod.
+    /// One place inside the rod; in a motion also the end, for a load that turns with the rod's own end.
     Station {
         /// Arclength of the unloaded rod.
         s: f64,
@@ -73,6 +73,11 @@ impl RodLoad {
         matches!(self.place, LoadPlace::Station { .. })
     }
 
+    /// True for a load of a motion that turns with the end of a rod of this length.
+    pub(super) fn turns_with_end(&self, length: f64) -> bool {
+        matches!(self.place, LoadPlace::Station { s } if s >= length)
+    }
+
     /// Force and couple times the factor.
     pub(super) fn applied(&self) -> [Vector3<f64>; 2] {
         [self.force, self.couple].map(|vector| Vector3::from(vector) * self.factor)
@@ -82,6 +87,9 @@ impl RodLoad {
     fn spread(&self, x: Vector3<f64>, length: f64) -> Result<DistributedLoad> {
         match self.place {
             LoadPlace::End { .. } => DistributedLoad::constant(Vector3::zeros()),
+            LoadPlace::Station { .. } if self.turns_with_end(length) => {
+                DistributedLoad::at_end(x / length)
+            }
             LoadPlace::Station { s } => DistributedLoad::at_place(s / length, x / length),
             LoadPlace::Along { from, to } => {
                 let to = (to / length).min(1.0);
@@ -112,7 +120,7 @@ impl Rod {
     }
 
     /// True if the list has a load inside the rod without a potential: a couple, or a load that turns with the rod.
-    pub(super) fn has_turning_loads(&self) -> bool {
+    pub(crate) fn has_turning_loads(&self) -> bool {
         let mut inside = self.loads.iter().filter(|load| !load.is_on_end());
         inside.any(|load| load.follows || load.couple != [0.0; 3])
     }

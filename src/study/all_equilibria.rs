@@ -245,13 +245,14 @@ fn of_assembly(scene: &Scene, hooks: &mut dyn Hooks) -> Result<AllEquilibriaReco
         }
     }
     let states = found.into_iter().map(|(state, how)| {
+        let record = assembly::described(scene, &setup, state)?;
         Ok(StateRecord {
-            energy: state.energy * setup.scales.energy,
-            index: state.index,
+            energy: record.energy,
+            index: record.index,
             index_in_plane: None,
             how,
-            neutral: false,
-            kind: StateKind::Assembly(Box::new(assembly::described(scene, &setup, state)?)),
+            neutral: !record.zero_modes.is_empty(),
+            kind: StateKind::Assembly(Box::new(record)),
         })
     });
     Ok(AllEquilibriaRecord {

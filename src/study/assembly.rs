@@ -1,6 +1,6 @@
 //! Assemblies at rest: static equilibrium, and the effect of the rods' mass there.
 
-use crate::assembly::{AssemblyEquilibrium, AssemblyRoute, Configuration};
+use crate::assembly::{AssemblyEquilibrium, AssemblyRoute, Configuration, FreeMotion};
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::RodCurve;
@@ -16,6 +16,8 @@ use serde_json::{Map, Value, json};
 
 /// Sections of the shape of a rod, less one.
 const SECTIONS: usize = 100;
+/// Tolerance of the integration along the rods.
+const ALONG: f64 = 1e-13;
 
 /// An equilibrium of an assembly, in the scene's units.
 #[derive(Debug, Clone)]
@@ -42,6 +44,8 @@ pub struct AssemblyEquilibriumRecord {
     pub conservative: bool,
     /// False for loads along rods without a potential: the index has no meaning.
     pub indexed: bool,
+    /// Motions that cost nothing by a symmetry of the scene, in words. The index leaves these motions out.
+    pub zero_modes: Vec<String>,
     /// Largest residual of the equations, in the units of the rods.
     pub residual: f64,
     /// True if the equilibrium was found near the guess of the scene; `None` without a guess.
@@ -137,6 +141,7 @@ pub(in crate::study) fn described(
         index: found.index,
         conservative: setup.assembly.is_conservative(0.0),
         indexed: !setup.assembly.has_turning(),
+        zero_modes: zero_modes(setup, &found.now)?,
         residual: found.residual,
         from_guess: guess.then_some(near),
         fallen: found.route == AssemblyRoute::Fallen,
@@ -145,6 +150,34 @@ pub(in crate::study) fn described(
         stations,
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
     })
+}
+
+/// Motions of an equilibrium that cost nothing by a symmetry of the scene, in words.
+pub(in crate::study) fn zero_modes(
+    setup: &AssemblySetup,
+    now: &Configuration,
+) -> Result<Vec<String>> {
+    let assembly = &setup.assembly;
+    let listed = |v: Vector3<f64>| {
+        let [x, y, z] = v.map(|x| (1e9 * x).round() / 1e9 + 0.0).into();
+        format!("({x}, {y}, {z})")
+    };
+    let modes = assembly.zero_modes(now, ALONG)?.into_iter();
+    let words = modes.map(|mode| match mode {
+        FreeMotion::Spin(rod) => {
+            let name = assembly.rod_name(rod);
+            format!("{name} spins about its own centreline for nothing")
+        }
+        FreeMotion::Turn { axis, through } => format!(
+            "the assembly turns for nothing about the axis {} through {}",
+            listed(axis),
+            listed(through * setup.scales.length)
+        ),
+        FreeMotion::Slide(along) => {
+            format!("the assembly moves for nothing along {}", listed(along))
+        }
+    });
+    Ok(words.collect())
 }
 
 /// Tendons of the rods between attachments that have some, by the name of the rod.
@@ -207,6 +240,7 @@ impl AssemblyEquilibriumRecord {
             "energy": self.energy,
             "elastic_energy": self.elastic,
             "index": self.indexed.then_some(self.index),
+            "zero_modes": self.zero_modes,
             "stable": self.conservative.then_some(self.index == 0),
             "conservative": self.conservative,
             "residual": self.residual,

@@ -59,6 +59,19 @@ impl PreparedScene {
 }
 
 impl<'p> SceneStart<'p> {
+    /// The motion from a state that a run or a simulation of the scene has saved.
+    ///
+    /// # Errors
+    /// The state of another model; a bar.
+    pub fn restored(self, state: &run::SimulationState) -> Result<Self> {
+        match self {
+            Self::Rods(prepared, start) => Ok(Self::Rods(prepared, start.restored(state)?)),
+            Self::Bar(_) => Err(Error::domain(
+                "a bar does not go on from a saved state: run it from its start",
+            )),
+        }
+    }
+
     /// Runs the scene; its tables go to `sink`. `fields` is the density of the strain field of one rod.
     ///
     /// # Errors
@@ -88,12 +101,14 @@ impl SceneRun<'_> {
                 events: record.events(),
                 reason: record.reason(),
                 warning: record.warning(),
+                state: record.state.clone(),
             },
             Self::Bar(record) => SceneResult {
                 summary: record.summary(),
                 events: record.events(),
                 reason: record.reason(),
                 warning: None,
+                state: Err("the state of a bar is not saved".to_owned()),
             },
         }
     }
@@ -129,6 +144,8 @@ pub struct SceneResult {
     pub reason: Option<String>,
     /// Warning about the start, or the resolution of the rod.
     pub warning: Option<String>,
+    /// The last state, from which another run goes on, or the reason why it cannot be saved.
+    pub state: std::result::Result<run::SimulationState, String>,
 }
 
 /// Runs a scene of motion of any kind; its tables go to `sink`.
@@ -144,6 +161,22 @@ pub fn motion(
     let prepared = PreparedScene::new(scene)?;
     let run = prepared.start()?.run(fields, sink, hooks)?;
     Ok(run.result())
+}
+
+/// Runs a scene of motion from a saved state, as [`motion`].
+///
+/// # Errors
+/// Those of [`motion`] and [`SceneStart::restored`].
+pub fn motion_from(
+    scene: &Scene,
+    state: &run::SimulationState,
+    fields: Fields,
+    sink: &mut dyn Sink,
+    hooks: &mut dyn Hooks,
+) -> Result<SceneResult> {
+    let prepared = PreparedScene::new(scene)?;
+    let start = prepared.start()?.restored(state)?;
+    Ok(start.run(fields, sink, hooks)?.result())
 }
 
 /// Trajectory of a scene of motion before its run: names, units and meanings of the columns.

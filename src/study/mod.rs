@@ -62,6 +62,17 @@ pub trait Hooks {
     /// of the scene.
     fn progress(&mut self, _fraction: f64, _at: f64) {}
 
+    /// Called with every sample of the trajectory of a run: the columns without values, and the row.
+    fn sample(&mut self, _columns: &[Column], _row: &[Cell]) {}
+
+    /// True if [`Hooks::event`] is to be called.
+    fn hears_events(&self) -> bool {
+        false
+    }
+
+    /// Called with every event of a run, in the form of events.json, bounces included.
+    fn event(&mut self, _event: serde_json::Value) {}
+
     /// For branches: number of points with shapes for figures, in addition to the few of every record and the special
     /// points. For a run: any number but 0 makes the record denser than the samples, for figures.
     fn pictures(&mut self) -> usize {

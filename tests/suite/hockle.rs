@@ -17,11 +17,7 @@ const INERTIA: Vector3<f64> = Vector3::new(20.0, 20.0, 10.0);
 const SPIN: f64 = 18.0;
 
 /// Gravity, time of the first fold, energy released there (tools/ref_hockle.py).
-const FIRST: [(f64, f64, f64); 3] = [
-    (2.0, 2.131_782_599_245, 263.723_515_026),
-    (5.0, 2.903_126_673_568, 364.964_819_302),
-    (10.0, 4.184_322_009_168, 488.463_810_626),
-];
+const FIRST: (f64, f64, f64) = (5.0, 2.903_126_673_568, 364.964_819_302);
 
 fn rod() -> Rod {
     let law = Linear::diagonal([1.1, 1.0], 0.75)
@@ -88,14 +84,14 @@ fn followed(gravity: f64, duration: f64) -> (Vec<Snap>, Vec<Fold>) {
 /// Catches a chart that ends where the rod becomes neutral under dead force, which is before its fold (at g = 5 at t =
 /// 2.50); a confusion of equilibria, a false landing, a first fold too early or too late.
 #[test]
-#[ignore = "second tier: 43 s"]
+#[ignore = "second tier: 14 s"]
 fn a_twisted_rod_goes_through_its_folds() {
-    for (gravity, duration, count) in [(2.0, 2.3, 2), (5.0, 3.2, 3), (10.0, 4.3, 2), (40.0, 0.5, 0)]
-    {
+    for (gravity, duration, count) in [(5.0, 3.2, 3), (40.0, 0.5, 0)] {
         let (snaps, folds) = followed(gravity, duration);
         assert_eq!(snaps.len(), count, "g = {gravity}");
         // Relative error within a tenth of the bound, which falls with the tolerance.
-        if let Some((_, t, released)) = FIRST.iter().find(|row| row.0 == gravity) {
+        let (at, t, released) = FIRST;
+        if at == gravity {
             let late = (snaps[0].t / t - 1.0).abs();
             let more = (snaps[0].released / released - 1.0).abs();
             assert!(

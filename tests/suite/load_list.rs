@@ -288,12 +288,15 @@ fn faults_of_loads_are_told() {
             (8, "load[0].to", FaultKind::Value, "more than `from`, 0.5"),
         ),
         (
-            motion("", "s = 0.5\nforce = [0.0, 0.0, 1.0]\nfollows = true"),
+            motion(
+                "[[rod.tendon]]\noffset = [0.0, 0.05]\ntension = { mean = 1.0, amplitude = 0.5, frequency = 1.0 }\n",
+                "from = 0.2\nto = 0.5\nforce = [0.0, 0.0, 1.0]\nfollows = true",
+            ),
             (
-                13,
+                17,
                 "load[0].follows",
                 FaultKind::Conflict,
-                "act on rods with inertia = \"full\"",
+                "follows one of the two",
             ),
         ),
         (

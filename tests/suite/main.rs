@@ -117,6 +117,7 @@ mod joints;
 mod kills;
 mod landings;
 mod landings_space;
+mod light_turning_loads;
 mod light_weight;
 mod light_weight_scenes;
 #[cfg(feature = "cli")]
@@ -209,6 +210,8 @@ mod sections_nonlinear;
 mod settled;
 #[cfg(feature = "cli")]
 mod shapes_along;
+#[cfg(feature = "scene")]
+mod simulations;
 #[cfg(feature = "cli")]
 mod small_creep;
 mod stable_count;

@@ -36,6 +36,19 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
     ("bounce", &[("duration = 20.0", "duration = 2.0")]),
     ("viscous", &[("duration = 3.0", "duration = 0.2")]),
     ("heavy_snap", &[("duration = 0.2", "duration = 0.06")]),
+    (
+        "heavy_cantilever",
+        &[
+            (
+                "damping = { proportional = 0.002 }",
+                "damping = { proportional = 0.002 }\nrelaxation = [{ stiffness = 0.001, time = 0.3 }]",
+            ),
+            (
+                "duration = 2.0\nsamples = 801",
+                "duration = 0.002\ntolerance = 1e-4",
+            ),
+        ],
+    ),
     ("flying_beam", &[("duration = 10.0", "duration = 0.01")]),
     ("free_beam", &[("duration = 1.0", "duration = 0.05")]),
     ("gyroscope", &[("duration = 60.0", "duration = 0.1")]),

@@ -7,8 +7,8 @@ use snaprod::body::PointMass;
 use snaprod::manifold::{EquilibriumManifold, Multivalued};
 use snaprod::motion::{Event, Options, Outcome, Run};
 
-/// Catches a fold of the gas that the run does not see, a time or a speed there that is not that of the energy, and a
-/// ledger that the snap opens. Independent route: the time by quadrature over the stretch, the speed by the energy.
+/// Catches a fold of the gas that the run does not see, a wrong time or speed at the fold, and a ledger that the snap
+/// opens. Independent route: the time by quadrature over the stretch, the speed by the energy.
 #[test]
 fn a_heavy_piston_makes_the_balloon_snap() {
     let piston = piston_on_balloon();

@@ -281,3 +281,89 @@ fn a_round_column_buckles_to_one_plane_of_its_family() {
         assert_close(there, 2.0 * low / 3.0_f64.sqrt(), 1e-9, 0.0, "aside");
     }
 }
+
+/// A rod of an assembly from one ball joint on the ground to another.
+fn between_balls(bending: &str, end: &str, more: &str) -> Scene {
+    let scene = format!(
+        r#"
+        [[rod]]
+        name = "a"
+        model = "cosserat"
+        length = 1.0
+        section = {{ bending = {bending}, torsion = 0.8 }}
+        from = {{ joint = "ball" }}
+        to = {{ position = {end}, joint = "ball" }}
+        {more}
+        "#
+    );
+    Scene::parse(&scene).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+/// Catches a motion of an assembly that costs nothing and is not told, is told of a scene without the symmetry, or is
+/// counted by the index.
+#[test]
+fn assemblies_tell_their_zero_modes() {
+    let spin = "rod \"a\" spins about its own centreline for nothing";
+    let turn = "the assembly turns for nothing about the axis (0, 0, 1) through (0, 0, 0)";
+    let heavy = "mass = 400.0\n[loads]\ngravity = [0.0, 0.0, -1.0]";
+    let hose = Scene::parse(
+        r#"
+        [[rod]]
+        name = "a"
+        model = "cosserat"
+        length = 1.0
+        mass = 500.0
+        section = { bending = [1.0, 1.0], torsion = 0.8 }
+        from = { position = [0.0, 0.0, 0.0] }
+        to = { body = "m" }
+        [loads]
+        gravity = [0.0, 0.0, -1.0]
+        [[body]]
+        name = "m"
+        "#,
+    );
+    let cases = [
+        (
+            between_balls("[1.0, 1.0]", "[0.0, 0.0, 0.5]", ""),
+            vec![spin, turn],
+        ),
+        (
+            between_balls("[1.0, 2.0]", "[0.0, 0.0, 0.5]", ""),
+            vec![turn],
+        ),
+        (
+            between_balls("[1.0, 1.0]", "[0.8, 0.0, 0.2]", heavy),
+            vec![spin],
+        ),
+        (
+            between_balls("[1.0, 2.0]", "[0.8, 0.0, 0.2]", heavy),
+            vec![],
+        ),
+        (hose.unwrap_or_else(|faults| panic!("{faults}")), vec![turn]),
+    ];
+    for (scene, expected) in cases {
+        let found = snaprod::study::assembly::equilibrium(&scene).expect("an equilibrium");
+        assert_eq!(found.zero_modes, expected);
+        assert_eq!(found.index, 0);
+    }
+}
+
+/// Catches a branch that cannot begin, or stops, because the rod turns about its chord and spins for nothing. Closed
+/// form: distance/L = 2 E/K - 1 and P = 4 K^2 B/L^2, by mpmath.
+#[test]
+fn a_rod_between_ball_joints_is_pushed_together_in_space() {
+    let path = "[continue]\nparameter = \"rod.a.to.position.z\"\nto = -0.55\nat = [0.5, -0.5]";
+    let scene = between_balls("[1.0, 1.0]", "[0.0, 0.0, 0.9]", path);
+    let found = branch(&scene, &mut Silent).expect("a branch");
+    assert!(found.is_complete(), "{:?}", found.branches.curves);
+    let points = &found.branches.points;
+    for (z, push) in [(0.5, 13.31852814906083), (-0.5, 65.14533265517706)] {
+        let row = points.reals("parameter").iter().position(|at| *at == z);
+        let row = row.expect("a point at this distance");
+        let [x, y, z] = ["a.base_fx", "a.base_fy", "a.base_fz"].map(|name| points.reals(name)[row]);
+        assert_close(z, -push, 1e-9, 1.0, "push");
+        assert_close(x.hypot(y), 0.0, 1e-7, 1.0, "force across");
+    }
+    let told = |remark: &String| remark.contains("spins about its own centreline");
+    assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
+}

@@ -9,7 +9,7 @@ mod rigid;
 mod support;
 
 pub use crate::math::frame::Frame;
-pub use crate::math::history::{Block, Custom, History, Pulse, Ramp, Sine};
+pub use crate::math::history::{Block, Custom, History, Pulse, Ramp, Sine, Steered};
 pub use end_body::{EndBody, EndLinear, EndMotion, FreeEnd};
 pub use groove::Groove;
 pub use mass::{Mass, MassLinear};

@@ -8,7 +8,7 @@
 
 use super::impact::check_jamming;
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 /// Most contacts of one problem; the number of cases grows like their number in the exponent.
 pub const MAX_AT_ONCE: usize = 4;
@@ -68,8 +68,13 @@ struct Case {
 
 /// Relative tolerance of the inequalities.
 const MARGIN: f64 = 1e-10;
-/// Singular values below this part of the largest are zero: contacts that depend on each other.
-const DEPENDENT: f64 = 1e-11;
+/// Squares of singular values far below this part of their sum are zero: contacts that depend on each other.
+const DEPENDENT: f64 = 1e-13;
+/// Corrections of forces by what the equations leave over.
+const CORRECTIONS: usize = 6;
+/// Sweeps over contacts without a case, and the relative change of the forces at which the sweeps end.
+const SWEEPS: usize = 20_000;
+const SETTLED: f64 = 1e-14;
 /// Iterations for unknown directions of slip.
 const TURNS: usize = 100;
 
@@ -96,6 +101,9 @@ impl Complementarity {
             if let Some(solution) = self.try_cases(code) {
                 return Ok(solution);
             }
+        }
+        if let Some(solution) = self.relax() {
+            return Ok(solution);
         }
         Err(Error::no_convergence(
             "no contact forces fit these contacts and their friction (wedging): use less friction",
@@ -135,9 +143,51 @@ impl Complementarity {
         })
     }
 
+    /// The solution by projected Gauss-Seidel sweeps, where forces that depend on each other meet none of the cases of
+    /// the enumeration. A settled sweep breaks no condition by more than its last change. None if the sweeps go on.
+    fn relax(&self) -> Option<ContactSolution> {
+        let b = &self.inverse_mass;
+        let mut forces = DVector::zeros(self.free.len());
+        for _ in 0..SWEEPS {
+            let mut moved: f64 = 0.0;
+            for (i, contact) in self.contacts.iter().enumerate() {
+                let motion = |k: usize, forces: &DVector<f64>| {
+                    self.free[3 * i + k] + b.row(3 * i + k).dot(&forces.transpose())
+                };
+                let before: Vector3<f64> = forces.fixed_rows::<3>(3 * i).into();
+                let normal = before.x - motion(0, &forces) / b[(3 * i, 3 * i)];
+                forces[3 * i] = normal.max(contact.least);
+                let most = contact.friction * forces[3 * i];
+                let block = b.fixed_view::<2, 2>(3 * i + 1, 3 * i + 1);
+                let slip = Vector2::new(motion(1, &forces), motion(2, &forces));
+                let friction = match contact.slips_along {
+                    Some(along) => -along * most,
+                    None => (before.yz() - slip / block.trace()).cap_magnitude(most),
+                };
+                forces.fixed_rows_mut::<2>(3 * i + 1).copy_from(&friction);
+                moved = moved.max((forces.fixed_rows::<3>(3 * i) - before).norm());
+            }
+            if moved <= SETTLED * forces.amax() {
+                let motion = &self.free + b * &forces;
+                let case = |(i, contact): (usize, &OneContact)| {
+                    let (x, u) = (forces.fixed_rows::<3>(3 * i), motion.fixed_rows::<3>(3 * i));
+                    let slip = Vector2::new(u[1], u[2]).try_normalize(MARGIN * self.scale());
+                    Case {
+                        at_least: x[0] <= contact.least,
+                        slip: contact.slips_along.or(slip),
+                    }
+                };
+                let cases: Vec<Case> = self.contacts.iter().enumerate().map(case).collect();
+                return self.admissible(&cases, forces);
+            }
+        }
+        None
+    }
+
     /// The solution in one set of cases; None if it breaks an inequality.
     fn try_cases(&self, code: u32) -> Option<ContactSolution> {
         let mut cases = Vec::with_capacity(self.contacts.len());
+        let begun = self.motion_by_least();
         for (i, contact) in self.contacts.iter().enumerate() {
             let bits = code >> (2 * i) & 3;
             let (slips, at_least) = (bits & 1 == 1, bits & 2 == 2);
@@ -148,7 +198,7 @@ impl Complementarity {
                 return None;
             }
             let start = || {
-                let along = Vector2::new(self.free[3 * i + 1], self.free[3 * i + 2]);
+                let along = Vector2::new(begun[3 * i + 1], begun[3 * i + 2]);
                 along.try_normalize(0.0).unwrap_or_else(Vector2::x)
             };
             cases.push(Case {
@@ -190,9 +240,19 @@ impl Complementarity {
         })
     }
 
-    /// The size of the motion.
+    /// The motion with the least normal forces alone.
+    fn motion_by_least(&self) -> DVector<f64> {
+        let mut least = DVector::zeros(self.free.len());
+        for (i, contact) in self.contacts.iter().enumerate() {
+            least[3 * i] = contact.least;
+        }
+        &self.free + &self.inverse_mass * least
+    }
+
+    /// The size of the motion: without contact forces, or with the least normal forces alone.
     fn scale(&self) -> f64 {
-        self.free.amax().max(f64::MIN_POSITIVE)
+        let sizes = self.free.amax().max(self.motion_by_least().amax());
+        sizes.max(f64::MIN_POSITIVE)
     }
 
     /// The forces in these cases, without the inequalities. `shares`: forces whose normal components weigh the
@@ -239,18 +299,20 @@ impl Complementarity {
         if cases.len() == 1 {
             return Some(given + spread * matrix.lu().solve(&target)?);
         }
-        let svd = matrix.clone().svd(true, true);
-        let largest = svd.singular_values.max();
-        let z = svd.solve(&target, DEPENDENT * largest).ok()?;
+        // The least of all solutions, as the limit of regularised ones, is the sum of z = M^T (M M^T + eps)^-1 r with
+        // r = target - M z. A singular value of rounding alone stays far below eps, and takes no part.
+        let mut gram = &matrix * matrix.transpose();
+        let small = DEPENDENT * gram.trace();
+        (0..rows.len()).for_each(|i| gram[(i, i)] += small);
+        let gram = gram.cholesky()?;
+        let mut z = DVector::zeros(rows.len());
+        for _ in 0..CORRECTIONS {
+            z += matrix.tr_mul(&gram.solve(&(&target - &matrix * &z)));
+        }
         let left = (&matrix * &z - &target).amax();
         if !(left <= MARGIN * self.scale()) {
             return None;
         }
-        // One correction by the residual removes the rounding of the singular values.
-        let z = &z
-            + svd
-                .solve(&(&target - &matrix * &z), DEPENDENT * largest)
-                .ok()?;
         Some(given + spread * z)
     }
 

@@ -40,6 +40,23 @@ impl Piecewise {
         self
     }
 
+    /// The function of 1 - x.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let ends = self.0.iter().skip(1).map(|piece| piece.0).chain([1.0]);
+        let pieces = self.0.iter().zip(ends).map(|((from, _), to)| {
+            // The piece in powers of x - to; odd powers change their sign.
+            let mut c = self.shifted(*from, to);
+            for c in c.iter_mut().skip(1).step_by(2) {
+                *c = -*c;
+            }
+            (1.0 - to, c)
+        });
+        let mut pieces: Vec<_> = pieces.collect();
+        pieces.reverse();
+        Self(pieces)
+    }
+
     /// Sum of two functions.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
@@ -81,7 +98,12 @@ impl Piecewise {
 
     /// Coefficients in powers of x - `place` of the piece there, by the repeated scheme of Horner.
     fn about(&self, place: f64) -> Vec<f64> {
-        let (from, coefficients) = self.piece(place);
+        self.shifted(place, place)
+    }
+
+    /// Coefficients in powers of x - `place` of the piece at x = `of`.
+    fn shifted(&self, of: f64, place: f64) -> Vec<f64> {
+        let (from, coefficients) = self.piece(of);
         let mut c = coefficients.clone();
         for first in 0..c.len().saturating_sub(1) {
             for k in (first..c.len() - 1).rev() {

@@ -86,8 +86,8 @@ pub struct ListedEquilibrium {
     pub problem: Problem,
     /// The search that found the equilibrium.
     pub finding: Finding,
-    /// Index among variations within the plane of the data; `None` out of the plane, or without one, and for a taut rod
-    /// that is unstable.
+    /// Index among variations within the plane of the data. `None` for an equilibrium out of the plane, for data
+    /// without a plane, and for a taut rod that is unstable.
     pub index_in_plane: Option<usize>,
     /// True if neighbours in a continuous family are equilibria, too: a motion that costs nothing.
     pub neutral: bool,

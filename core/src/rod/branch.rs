@@ -10,6 +10,9 @@ use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DVector, Vector2, Vector3};
 use std::sync::OnceLock;
 
+/// Change of the equations over which a difference by the parameter is taken.
+const CHANGE: f64 = 1e-2;
+
 /// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] valid for all
 /// of them.
 ///
@@ -112,10 +115,11 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
             let first = self.pointer.get_or_init(|| now);
             phase.hold(first, &mut residual, &mut jacobian);
         }
-        let slope = derivative(p, self.step, chart.change(), |p| {
+        let slope = derivative(p, self.step, CHANGE, |p| {
             let problem = (self.problem)(p)?;
             if self.changes_rod {
-                return Ok(chart.residual(&problem, &chart.bare_trial(&problem, x)?));
+                let beside = chart.trial_beside(&problem, x, &trial)?;
+                return Ok(chart.residual(&problem, &beside));
             }
             // The parameter changes the end condition alone: the rod is integrated once for both differences.
             Ok(chart.residual(&problem, &trial))

@@ -26,6 +26,17 @@ pub trait Chart {
     /// The rod at `x` without derivatives, whose values are then meaningless.
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Self::Trial>;
 
+    /// The rod at `x` of a problem that differs little from that of the trial `known` at the same `x`, for differences:
+    /// right to first order, without derivatives.
+    fn trial_beside(
+        &self,
+        problem: &Problem,
+        x: &DVector<f64>,
+        _known: &Self::Trial,
+    ) -> Result<Self::Trial> {
+        self.bare_trial(problem, x)
+    }
+
     /// The equations of the end condition.
     fn residual(&self, problem: &Problem, trial: &Self::Trial) -> DVector<f64>;
 
@@ -35,11 +46,6 @@ pub trait Chart {
     /// The free turn of the rod at `x` in these unknowns and equations; None without one, and in a plane.
     fn phase(&self, _: &Problem, _x: &DVector<f64>, _: &Self::Trial) -> Result<Option<FreePhase>> {
         Ok(None)
-    }
-
-    /// Change of the equations over which a difference by a parameter is taken.
-    fn change(&self) -> f64 {
-        1e-2
     }
 
     /// The base wrench, in the clamp's frame and the numerics' units.

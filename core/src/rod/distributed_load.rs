@@ -120,6 +120,19 @@ impl DistributedLoad {
         ])
     }
 
+    /// A load at the end, x = 1, divided by the length of the rod: for loads without a potential, which turn with the
+    /// end. A dead force there belongs to the body at the end.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn at_end(force_per_length: Vector3<f64>) -> Result<Self> {
+        let none = Vector3::zeros();
+        Self::of(vec![
+            (0.0, none, Vec::new()),
+            (1.0, force_per_length, Vec::new()),
+        ])
+    }
+
     /// A load on the part of the rod between two places x = s/L, and none elsewhere: c_0 + c_1 x + ....
     ///
     /// # Errors
@@ -248,10 +261,13 @@ impl DistributedLoad {
         Self { pieces }
     }
 
+    /// The piece at x; that of the inside of the rod at x = 1.
     #[inline]
     fn at(&self, x: f64) -> &Piece {
         let last = self.pieces.len() - 1;
-        let later = self.pieces[1..].iter().rposition(|piece| piece.from <= x);
+        let later = self.pieces[1..]
+            .iter()
+            .rposition(|piece| piece.from <= x && piece.from < 1.0);
         &self.pieces[later.map_or(0, |k| k + 1).min(last)]
     }
 
@@ -261,7 +277,7 @@ impl DistributedLoad {
         self.at(x).density(x)
     }
 
-    /// int f dx from the base to x = s/L: the force on that part of a rod of length 1.
+    /// int f dx from the base to x = s/L, without a load at the end: the force on that part of a rod of length 1.
     #[inline]
     pub fn integral_to(&self, x: f64) -> Vector3<f64> {
         self.at(x).integral_to(x)
@@ -274,8 +290,8 @@ impl DistributedLoad {
 
     /// Places x = s/L inside the rod at which the load is not smooth, in growing order.
     pub fn breaks(&self) -> Vec<f64> {
-        let inside = self.pieces.iter().skip(1);
-        inside.map(|piece| piece.from).collect()
+        let inside = self.pieces.iter().skip(1).map(|piece| piece.from);
+        inside.filter(|from| *from < 1.0).collect()
     }
 
     /// Forces at single places x = s/L, divided by the length of the rod.
@@ -456,6 +472,10 @@ pub(super) trait LoadState<const K: usize>: Copy + std::fmt::Debug {
     fn force(&self, load: &Self::Load, base: &[f64; 3], s: f64) -> [f64; 3];
     /// Variations of the follower force summed from the clamp to this section, by columns; `None` without such a load.
     fn taken_force(&self) -> Option<&[[f64; K]; 3]> {
+        None
+    }
+    /// Power of the loads without a potential from the clamp to this section, by columns; `None` without such a load.
+    fn power(&self) -> Option<&[f64; K]> {
         None
     }
     /// Load density at s.

@@ -24,15 +24,16 @@ use super::ivp_trace::Track;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::math::se3::join;
+use crate::section::MassAlong;
 use crate::solve::dop853::integrate_alongside;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-/// Mass and rotary inertia of the sections of a rod.
+/// Mass and rotary inertia of the sections of a rod. Both vary as [`Rod::with_mass_along`] says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionMass {
-    /// Mass of the whole rod, uniform per unloaded length.
+    /// Mass of the whole rod.
     pub mass: f64,
-    /// Inertia of the sections per length about their centre, along the directors.
+    /// Mean inertia of the sections per length about their centre, along the directors.
     pub rotary: Vector3<f64>,
 }
 
@@ -137,9 +138,18 @@ struct MovingRod<'a, L> {
     rotary: Vector3<f64>,
 }
 
-/// Section law of a rod whose strains change in time.
+/// Inertia of a section.
+pub(super) struct SectionInertia {
+    /// Mass per length over its mean.
+    density: f64,
+    /// Rotary inertia over the mean mass.
+    rotary: Vector3<f64>,
+}
+
+/// Section law of a rod whose strains change in time, and the mass of its sections.
 pub(super) struct SectionRates<'a> {
     law: &'a ScaledLaw,
+    mass_along: Option<&'a MassAlong>,
     /// True if the compliance does not depend on the resultants.
     linear: bool,
 }
@@ -206,18 +216,19 @@ impl<const K: usize> InertiaIntegrals<K> {
         tangent: &Tangent<K>,
         at: &MovingSection,
         second: &Second,
-        rotary: &Vector3<f64>,
+        SectionInertia { density, rotary }: &SectionInertia,
     ) {
         let (omega_t, r_tt) = (three(second, 0), three(second, 3));
-        self.first += at.r * weight;
-        self.base += r_tt * weight;
-        self.momentum += at.r.cross(&at.v) * weight;
+        let mass = weight * density;
+        self.first += at.r * mass;
+        self.base += r_tt * mass;
+        self.momentum += at.r.cross(&at.v) * mass;
         let row = |i: usize| &tangent.by[i];
         for i in 0..3 {
             let v = row(3 + i);
-            self.add_pair(v, weight, r_tt[i] * weight);
+            self.add_pair(v, mass, r_tt[i] * mass);
             for (sum, v) in self.mixed[i].iter_mut().zip(v) {
-                *sum += v * weight;
+                *sum += v * mass;
             }
         }
         if *rotary == Vector3::zeros() {
@@ -256,7 +267,22 @@ impl<'a> SectionRates<'a> {
     pub fn of(rod: &'a Rod) -> Self {
         Self {
             law: &rod.law,
+            mass_along: rod.mass_along.as_deref(),
             linear: rod.section.is_linear(),
+        }
+    }
+
+    /// Inertia of the section at s, of a rod with this mean rotary inertia over its mass.
+    pub fn inertia(&self, s: f64, rotary: &Vector3<f64>) -> SectionInertia {
+        match self.mass_along {
+            None => SectionInertia {
+                density: 1.0,
+                rotary: *rotary,
+            },
+            Some(along) => SectionInertia {
+                density: along.density().at(s),
+                rotary: along.rotary(s).component_mul(rotary),
+            },
         }
     }
 
@@ -418,7 +444,8 @@ impl<L> MovingRod<'_, L> {
                 let tangent = self.tangent::<J, K>(stage);
                 let at = self.section_motion(stage, &tangent);
                 if weight != 0.0 {
-                    sums.add(weight, &tangent, &at, second, &self.rotary);
+                    let inertia = self.sections.inertia(stage.s(), &self.rotary);
+                    sums.add(weight, &tangent, &at, second, &inertia);
                 }
                 self.slope(stage.s(), &at, second, &C::density(self.load, stage.s()))
             })?;

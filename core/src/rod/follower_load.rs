@@ -9,8 +9,15 @@
 //! w' = r x f + l,   dw' = rho x f + r x (phi x R p) + dl,
 //! ```
 //!
-//! l the couple per length: dead with dl = 0, or along the directors, l = R c with dl = phi x R c. A force or couple at
-//! one place adds these terms at once. Such loads have no potential.
+//! l the couple per length: dead with dl = 0, or along the directors, l = R c with dl = phi x R c. A force or couple
+//! at one place adds these terms at once. Such loads have no potential. Their power in a motion is linear in the
+//! variation,
+//!
+//! ```text
+//! P = int (rho . R p + phi . (l + R c)) ds,
+//! ```
+//!
+//! and is integrated beside the tangent, column by column.
 
 use super::distributed_load::{LoadMoment, LoadState, Place, ScaledLoad};
 use nalgebra::Vector3;
@@ -63,13 +70,15 @@ struct Followed {
     couple: Vector3<f64>,
 }
 
-/// Couple and force of the loads along the rod from the clamp to a section, with the variations of both.
+/// Couple and force of the loads along the rod from the clamp to a section, with the variations of both, and the power
+/// of the loads without a potential by columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FollowedMoment<const K: usize> {
     /// Couple w of all loads; work of the dead one.
     moment: LoadMoment<K>,
     g: [f64; 3],
     dg: [[f64; K]; 3],
+    power: [f64; K],
 }
 
 impl<const K: usize> FollowedMoment<K> {
@@ -90,10 +99,12 @@ impl<const K: usize> FollowedMoment<K> {
             self.g[i] += f[i];
         }
         for j in 0..K {
-            let turned = column(at.phi, j).cross(&f);
+            let phi = column(at.phi, j);
+            let turned = phi.cross(&f);
             for (row, x) in self.dg.iter_mut().zip(turned.iter()) {
                 row[j] += *x;
             }
+            self.power[j] += column(at.rho, j).dot(&f) + phi.dot(&(l + load.dead_couple));
         }
     }
 }
@@ -104,6 +115,7 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
         moment: LoadMoment::NOTHING,
         g: [0.0; 3],
         dg: [[0.0; K]; 3],
+        power: [0.0; K],
     };
 
     #[inline]
@@ -114,6 +126,9 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
             for j in 0..K {
                 self.dg[i][j] += a * x.dg[i][j];
             }
+        }
+        for (power, by) in self.power.iter_mut().zip(&x.power) {
+            *power += a * by;
         }
     }
 
@@ -129,6 +144,10 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
                 *tangent += (self.dg[i][j] / scale).powi(2);
             }
         }
+        for j in 0..K {
+            let scale = 1.0 + from.power[j].abs().max(to.power[j].abs());
+            *tangent += (self.power[j] / scale).powi(2);
+        }
     }
 
     #[inline]
@@ -140,6 +159,11 @@ impl<const K: usize> LoadState<K> for FollowedMoment<K> {
     #[inline]
     fn taken_force(&self) -> Option<&[[f64; K]; 3]> {
         Some(&self.dg)
+    }
+
+    #[inline]
+    fn power(&self) -> Option<&[f64; K]> {
+        Some(&self.power)
     }
 
     #[inline]

@@ -638,7 +638,9 @@ pub(super) fn loaded_end<const K: usize, C: LoadState<K>>(
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K, C>, Cost)> {
-    integrate(law, load, b, clamp_with_columns(), tolerance, |_, _| ())
+    let (mut end, cost) = integrate(law, load, b, clamp_with_columns(), tolerance, |_, _| ())?;
+    end.cross(load, 1.0);
+    Ok((end, cost))
 }
 
 /// End of a rod whose law varies in time, with the column of time.

@@ -21,7 +21,17 @@ use super::ivp_trace;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::math::se3::halves;
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, RowVector3, RowVector6, SMatrix};
+
+/// Power of the loads along a rod that have no potential, in the world and the user's units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadPower {
+    /// By the rate of the base wrench (m(0), n(0)) along the directors of a fixed base.
+    pub by_wrench: RowVector6<f64>,
+    /// By the angular velocity of the base at the same base wrench along its directors; 0 if not asked for. The
+    /// velocity of the base adds its product with the whole force of these loads.
+    pub by_turn: RowVector3<f64>,
+}
 
 /// The end of a rod under a load along it, in the world and the user's units.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +49,8 @@ pub struct LoadedEnd {
     /// d(phi, r, m, n)(L), seen from the clamp, by a turn of the clamp at the same base wrench along its directors: the
     /// effect of the dead load, which does not turn along. None if not asked for.
     pub by_turn: Option<SMatrix<f64, 12, 3>>,
+    /// Power of the loads without a potential; `None` without such loads.
+    pub power: Option<LoadPower>,
 }
 
 impl Problem {
@@ -119,15 +131,26 @@ impl Problem {
             n.cross_matrix() * by.fixed_rows::<3>(3) - r.cross_matrix() * by.fixed_rows::<3>(9);
         let mut couples = by.fixed_rows_mut::<3>(6);
         couples += pulled;
+        // The base wrench turns with the directors.
+        let (m0, n0) = halves(b);
+        let mut turned = SMatrix::<f64, 6, 3>::zeros();
+        for (row, f) in [(0, m0), (3, n0)] {
+            let mut part = turned.fixed_rows_mut::<3>(row);
+            part -= f.cross_matrix();
+        }
+        let power = at.carried.power().map(|power| {
+            let power = SMatrix::<f64, 1, K>::from_row_slice(power);
+            let by_wrench = power.fixed_columns::<6>(0).into_owned();
+            let by_turn = if K == 9 {
+                by_wrench * turned + power.fixed_columns::<3>(K - 3)
+            } else {
+                RowVector3::zeros()
+            };
+            (by_wrench, by_turn)
+        });
         let by_turn = (K == 9).then(|| {
-            // The base wrench turns with the directors; the rigid rotation is subtracted.
-            let (m0, n0) = halves(b);
-            let mut turned = SMatrix::<f64, 6, 3>::zeros();
+            // The rigid rotation is subtracted.
             let mut rigid = SMatrix::<f64, 12, 3>::zeros();
-            for (row, f) in [(0, m0), (3, n0)] {
-                let mut part = turned.fixed_rows_mut::<3>(row);
-                part -= f.cross_matrix();
-            }
             rigid.fixed_rows_mut::<3>(0).fill_with_identity();
             for (row, f) in [(3, r), (6, m), (9, n)] {
                 let mut part = rigid.fixed_rows_mut::<3>(row);
@@ -158,6 +181,18 @@ impl Problem {
             }
             turned
         });
+        let power = power.map(|(by_wrench, by_turn)| {
+            let back = turn.matrix().transpose();
+            let mut outward = by_wrench;
+            for (column, unit) in [(0, 1.0), (3, couple / force)] {
+                let part = by_wrench.fixed_columns::<3>(column) * back * unit;
+                outward.fixed_columns_mut::<3>(column).copy_from(&part);
+            }
+            LoadPower {
+                by_wrench: outward,
+                by_turn: by_turn * back * couple,
+            }
+        });
         let nothing = ScaledLoad::nothing();
         let dead = self.weight.as_ref().unwrap_or(&nothing);
         Ok(LoadedEnd {
@@ -167,6 +202,7 @@ impl Problem {
             taken,
             potential: dead.potential(LoadState::<K>::work(&at.carried)) * couple,
             by_turn,
+            power,
         })
     }
 }

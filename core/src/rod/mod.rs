@@ -42,7 +42,7 @@ pub use fold::Fold;
 pub use free_end::FreeEnd;
 pub use ivp::Wrench;
 pub use law_in_time::EndRates;
-pub use loaded_turning_base::LoadedEnd;
+pub use loaded_turning_base::{LoadPower, LoadedEnd};
 pub use manifold::{BallJointed, Welded};
 pub use planar::Plane;
 pub use problem::{EndConditions, LoadsWithoutPotential, Problem};
@@ -52,7 +52,7 @@ pub use two_ended_chart::BothEnds;
 pub use zero_modes::{FreePhase, ZeroMode};
 
 use crate::error::{Error, Result};
-use crate::section::{self, Measures, SectionLaw, Strain};
+use crate::section::{self, MassAlong, Measures, SectionLaw, Strain};
 use crate::solve::cost::Cost;
 use distributed_load::LoadState;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -70,6 +70,8 @@ pub struct Rod {
     section: Arc<dyn SectionLaw>,
     law: ScaledLaw,
     clamp: Isometry3<f64>,
+    /// Variation of mass and rotary inertia along the rod; `None` for a uniform rod.
+    mass_along: Option<Arc<MassAlong>>,
 }
 
 /// One section of a rod in equilibrium, in the world frame.
@@ -144,6 +146,7 @@ impl Rod {
             law: ScaledLaw::new(law.clone(), units)?,
             section: law,
             clamp: Isometry3::identity(),
+            mass_along: None,
         })
     }
 
@@ -155,7 +158,21 @@ impl Rod {
             law: self.law.clone(),
             section: section::law_in_units(self.section.clone(), units),
             clamp: Isometry3::identity(),
+            mass_along: self.mass_along.clone(),
         }
+    }
+
+    /// The rod with mass and rotary inertia that vary along it, for its first-order inertia. By default both are
+    /// uniform. Jumps must be breaks of the section law.
+    #[must_use]
+    pub fn with_mass_along(mut self, along: Option<MassAlong>) -> Self {
+        self.mass_along = along.map(Arc::new);
+        self
+    }
+
+    /// Variation of mass and rotary inertia along the rod; `None` for a uniform rod.
+    pub fn mass_along(&self) -> Option<&MassAlong> {
+        self.mass_along.as_deref()
     }
 
     /// This rod with another section law in the same units. The units of the chart stay, whatever the stiffness.
@@ -190,7 +207,8 @@ impl Rod {
     /// A law that cannot be inverted without load at its other end.
     pub fn reversed(&self) -> Result<Self> {
         let law = section::reverse_law(self.section.clone(), self.length);
-        Self::new(self.length, law)
+        let along = self.mass_along.as_ref().map(|along| along.reversed());
+        Ok(Self::new(self.length, law)?.with_mass_along(along))
     }
 
     /// Pose of the clamp.
@@ -211,6 +229,11 @@ impl Rod {
     /// Bending stiffness B that scales the numerics: 2/(C11 + C22) at the unloaded clamp.
     pub fn reference_stiffness(&self) -> f64 {
         self.stiffness
+    }
+
+    /// True if a turn of a section about its d3 changes nothing: isotropic, and straight at rest.
+    pub fn is_axisymmetric(&self) -> bool {
+        self.law.is_axisymmetric()
     }
 
     /// True if the inverse of the section law is formed once, not at every section.

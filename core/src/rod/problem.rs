@@ -96,6 +96,14 @@ pub struct LoadsWithoutPotential {
     pub follower_couple: DistributedLoad,
 }
 
+impl LoadsWithoutPotential {
+    /// Places x = s/L inside the rod at which a load is not smooth.
+    pub fn breaks(&self) -> impl Iterator<Item = f64> {
+        let all = [&self.follower_force, &self.couple, &self.follower_couple];
+        all.into_iter().flat_map(DistributedLoad::breaks)
+    }
+}
+
 /// A rod with an end condition, in the clamp's frame and the numerics' units.
 #[derive(Debug, Clone)]
 pub struct Problem {

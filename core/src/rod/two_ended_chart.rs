@@ -410,17 +410,35 @@ impl Chart for BothEnds {
         self.plane.is_some()
     }
 
-    /// Farther away the rod may stand beside another spring, and has other equations.
-    fn change(&self) -> f64 {
-        1e-5
-    }
-
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
         self.evaluate(problem, x)
     }
 
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
         self.evaluate(problem, x)
+    }
+
+    /// A taut rod stays beside its spring: beside another spring the rod would have other equations.
+    fn trial_beside(
+        &self,
+        problem: &Problem,
+        x: &DVector<f64>,
+        known: &BothEndsTrial,
+    ) -> Result<BothEndsTrial> {
+        let TrialForm::Taut(known, _) = &known.seen else {
+            return self.evaluate(problem, x);
+        };
+        let (given, by) = self.given(problem, x)?;
+        let b = join(&given.m, &given.n);
+        let spring = Spring {
+            at: given.place,
+            ..known.spring
+        };
+        let symmetry = problem.symmetry(&b, self.plane.as_ref());
+        let found = problem.solve_to_first_order(&b, symmetry, &spring, &known.found)?;
+        let beside = Arc::new(SprungRod { found, spring });
+        let seen = TrialForm::Taut(beside, problem.tip());
+        Ok(BothEndsTrial { given, by, seen })
     }
 
     fn residual(&self, problem: &Problem, trial: &BothEndsTrial) -> DVector<f64> {

@@ -165,6 +165,15 @@ impl MassAlong {
         }
     }
 
+    /// The variation along the rod begun at its other end.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self {
+            density: self.density.reversed(),
+            rotary: self.rotary.each_ref().map(Piecewise::reversed),
+        }
+    }
+
     /// Mass per length over its mean, over s/length.
     pub fn density(&self) -> &Piecewise {
         &self.density

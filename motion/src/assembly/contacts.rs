@@ -5,8 +5,7 @@
 
 use super::{AssemblyRun, AssemblySample, StateVector};
 use crate::contact::{
-    AT_ONCE, AccelerationBound, Bodies, Closed, ContactDynamics, ContactSample, ContactSet, Found,
-    Moment, PartOfSum,
+    AccelerationBound, Bodies, Closed, ContactBooks, ContactDynamics, Found, Moment, Sums,
 };
 use crate::event::{Event, Outcome};
 use crate::locate::{Guess, Timed, at_time, locate, shorten_step};
@@ -14,11 +13,10 @@ use crate::run::{AmongObstacles, RodTouch};
 use crate::snap::LandingRule;
 use nalgebra::{DVector, Vector6};
 use snaprod_systems::assembly::{
-    Assembly, BodyMotion, Configuration, Evaluated, ReactionPower, Reactions,
+    Assembly, BodyMotion, Configuration, Evaluated, Integrals, ReactionPower, Reactions,
 };
 use snaprod_systems::contact::RigidMotion;
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::math::gauss::Rule;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::Method;
 use snaprod_systems::solve::stepper::AcceptedStep;
@@ -28,8 +26,6 @@ use std::sync::Arc;
 const AT_START: f64 = 1e-12;
 /// Rate of slowed time, relative to the largest in a step, below which a stage gives no acceleration.
 const STANDS: f64 = 1e-3;
-/// Nodes of the integral of friction over a step, where there are other losses too.
-const NODES: usize = 8;
 
 /// Closed contacts, which act on the bodies within steps.
 #[derive(Clone)]
@@ -67,8 +63,7 @@ fn moment<'a>(system: &'a Bodies, t: f64, now: &Configuration) -> Moment<'a> {
 /// The contacts of a run in progress.
 #[derive(Clone)]
 pub(super) struct AssemblyContacts<'a> {
-    set: ContactSet<'a>,
-    max_impacts: u64,
+    books: ContactBooks<'a>,
     /// True if the run ends where a rod touches an obstacle.
     pub rods_touch: bool,
     /// Places of the rods at the end of the last step.
@@ -77,15 +72,6 @@ pub(super) struct AssemblyContacts<'a> {
     damped: bool,
     /// True if the integral of work has more than the work of obstacles.
     driven: bool,
-    /// Kinetic energy lost in impacts, and work of obstacles in them.
-    lost: f64,
-    struck: f64,
-    friction: PartOfSum,
-    obstacles: PartOfSum,
-    /// The event at the end of the last step, while it has not happened; the inner None is the end of a step alone.
-    due: Option<Option<Found>>,
-    /// Time of the last event, and events at that time.
-    at_once: (f64, u32),
 }
 
 /// A state with the losses of the last impacts.
@@ -200,22 +186,15 @@ impl<'a> AssemblyRun<'a> {
             return refuse("a run among obstacles follows one landing");
         }
         let mut contacts = AssemblyContacts {
-            set: ContactSet::new(obstacles.bodies, obstacles.resting_speed),
-            max_impacts: obstacles.max_impacts,
+            books: ContactBooks::new(&obstacles),
             rods_touch: obstacles.rod_touches,
             marks: Vec::new(),
             damped: self.assembly.is_damped(),
             driven: self.assembly.is_driven(),
-            lost: 0.0,
-            struck: 0.0,
-            friction: PartOfSum::default(),
-            obstacles: PartOfSum::default(),
-            due: None,
-            at_once: (f64::NEG_INFINITY, 0),
         };
         let mut state = StruckState::new(self.solver.state());
         let bodies = self.rod_bodies(obstacles.bodies);
-        contacts.set.open(&bodies, &mut state)?;
+        contacts.books.set.open(&bodies, &mut state)?;
         self.contacts = Some(contacts);
         self.until = self.next_break(0.0).next_down();
         if let Some(touch) = self.mark_rods().filter(RodTouch::is_one) {
@@ -237,21 +216,25 @@ impl<'a> AssemblyRun<'a> {
 
     /// Obstacles of the run, and bodies that hit obstacles.
     pub(super) fn among(&self) -> Option<&'a Bodies> {
-        self.contacts.as_ref().map(|contacts| contacts.set.system)
+        self.contacts
+            .as_ref()
+            .map(|contacts| contacts.books.set.system)
     }
 
     /// The contacts that act now; None without any.
     pub(super) fn held_contacts(&self) -> Option<HeldContacts<'a>> {
-        let contacts = self.contacts.as_ref().filter(|all| all.set.holds())?;
+        let contacts = self.contacts.as_ref().filter(|all| all.books.set.holds())?;
         Some(HeldContacts {
-            system: contacts.set.system,
-            closed: contacts.set.closed.clone(),
+            system: contacts.books.set.system,
+            closed: contacts.books.set.closed.clone(),
         })
     }
 
     /// True if a contact acts on a body.
     pub(super) fn is_held_by_contacts(&self) -> bool {
-        self.contacts.as_ref().is_some_and(|all| all.set.holds())
+        self.contacts
+            .as_ref()
+            .is_some_and(|all| all.books.set.holds())
     }
 
     /// First time after `t` at which a load, or the motion of a support or an obstacle is not smooth.
@@ -262,20 +245,16 @@ impl<'a> AssemblyRun<'a> {
 
     /// The time up to which the next step may lead: the end of the run, or of a sequence of bounces.
     pub(super) fn end_of_step(&self) -> f64 {
-        let pending = self.contacts.iter().flat_map(|all| &all.set.pending);
-        let ends = pending.map(|pending| pending.t);
-        ends.fold(self.options.duration, f64::min)
+        let duration = self.options.duration;
+        let contacts = self.contacts.as_ref();
+        contacts.map_or(duration, |all| all.books.end_of_step(duration))
     }
 
     /// Continues from a state with the contacts as they are now.
     fn go_on_from(&mut self, state: StruckState) -> Result<()> {
-        let sums = self.assembly.integrals(&state.state);
+        let sums = sums_of(&self.assembly.integrals(&state.state));
         if let Some(contacts) = &mut self.contacts {
-            contacts.lost += state.lost;
-            contacts.struck += state.work;
-            let share = f64::from(u8::from(contacts.set.holds()));
-            contacts.friction.go_on(sums.drag, share);
-            contacts.obstacles.go_on(sums.work, share);
+            contacts.books.book(state.lost, state.work, sums);
         }
         let (slowed, h) = (self.slowed.clone(), self.solver.next_step());
         self.resume(StateVector(state.state), slowed, h)
@@ -288,7 +267,7 @@ impl<'a> AssemblyRun<'a> {
         step: &mut AcceptedStep<StateVector>,
     ) -> Option<Option<()>> {
         let contacts = self.contacts.as_ref()?;
-        let (set, system) = (&contacts.set, contacts.set.system);
+        let (set, system) = (&contacts.books.set, contacts.books.set.system);
         let bodies = self.rod_bodies(system);
         let f = self.right_hand_side();
         let mut cost = Cost::default();
@@ -361,7 +340,7 @@ impl<'a> AssemblyRun<'a> {
             }
             self.solver.rewind(state, slope);
             if let Some(contacts) = &mut self.contacts {
-                contacts.due = Some(Some(found));
+                contacts.books.due = Some(Some(found));
             }
         }))
     }
@@ -392,7 +371,7 @@ impl<'a> AssemblyRun<'a> {
             let bodies = self.rod_bodies(system);
             let mut kept = StruckState::new(self.solver.state());
             let contacts = self.contacts.as_mut();
-            if contacts.is_some_and(|all| all.set.keep(&bodies, &mut kept)) {
+            if contacts.is_some_and(|all| all.books.set.keep(&bodies, &mut kept)) {
                 let slope = self.solver.slope().clone();
                 self.solver.rewind(StateVector(kept.state), slope);
             }
@@ -400,9 +379,9 @@ impl<'a> AssemblyRun<'a> {
         if let Some(contacts) = self
             .contacts
             .as_mut()
-            .filter(|all| !all.set.closed.is_empty())
+            .filter(|all| !all.books.set.closed.is_empty())
         {
-            contacts.due.get_or_insert(None);
+            contacts.books.due.get_or_insert(None);
         }
     }
 
@@ -413,67 +392,45 @@ impl<'a> AssemblyRun<'a> {
         let (Some(step), Some(contacts)) = (&self.step, contacts) else {
             return;
         };
-        let (system, closed) = (contacts.set.system, contacts.set.closed.clone());
+        let mut books = contacts.books.clone();
         let [from, to] =
             [&step.from().0, &self.solver.state().0].map(|state| self.assembly.integrals(state));
         let span = to.time - from.time;
-        let bodies = self.rod_bodies(system);
-        let rule = Rule::new(NODES);
-        let mut sums = [0.0; 2];
-        for (x, weight) in rule.nodes.iter().zip(&rule.weights) {
-            let at = self.inside(from.time + x * span);
-            let action = at.and_then(|at| bodies.loaded(&at).act(&closed));
-            if let Some(action) = action {
-                sums[0] += action.loss * weight * span;
-                sums[1] += action.work * weight * span;
-            }
-        }
-        let share = |part: f64, sum: f64| if sum == 0.0 { 0.0 } else { part / sum };
-        let grown = [to.drag - from.drag, to.work - from.work];
+        let bodies = self.rod_bodies(books.set.system);
+        books.divide([sums_of(&from), sums_of(&to)], span, |x| {
+            Some(bodies.loaded(&self.inside(from.time + x * span)?))
+        });
         if let Some(contacts) = &mut self.contacts {
-            (contacts.friction).go_on(from.drag, share(sums[0], grown[0]));
-            (contacts.obstacles).go_on(from.work, share(sums[1], grown[1]));
+            contacts.books = books;
         }
     }
 
     /// Lets what is due at the end of the last step happen, and returns the first event that is still to be reported.
     pub(super) fn contact_event(&mut self) -> Option<Result<Event>> {
-        let found = self.contacts.as_mut()?.due.take();
-        if let Some(found) = found
-            && let Err(why) = self.happen(found)
+        if self.contacts.as_ref()?.books.due.is_some()
+            && let Err(why) = self.happen()
         {
             return Some(Err(why));
         }
-        let contacts = self.contacts.as_mut()?;
-        if !contacts.set.events.is_empty() {
-            return Some(Ok(Event::Contact(contacts.set.events.remove(0))));
+        let books = &mut self.contacts.as_mut()?.books;
+        match books.next_event() {
+            Some(event) => Some(Ok(Event::Contact(event))),
+            None => books
+                .are_spent()
+                .then(|| Ok(self.stop(Outcome::ImpactLimit))),
         }
-        let spent = contacts.set.impacts >= contacts.max_impacts;
-        spent.then(|| Ok(self.stop(Outcome::ImpactLimit)))
     }
 
-    fn happen(&mut self, found: Option<Found>) -> Result<()> {
-        let Some(system) = self.among() else {
-            return Ok(());
-        };
-        let bodies = self.rod_bodies(system);
+    fn happen(&mut self) -> Result<()> {
         let mut state = StruckState::new(self.solver.state());
-        let Some(contacts) = &mut self.contacts else {
+        let bodies = self.among().map(|system| self.rod_bodies(system));
+        let (Some(bodies), Some(contacts)) = (bodies, &mut self.contacts) else {
             return Ok(());
         };
-        if !contacts.set.happen(&bodies, &mut state, found)? {
-            return Ok(());
+        if contacts.books.happen(&bodies, &mut state)? {
+            self.go_on_from(state)?;
         }
-        let now = bodies.time(&state);
-        let (t, count) = contacts.at_once;
-        let stands = now <= t + f64::EPSILON * t.abs();
-        contacts.at_once = if stands { (t, count + 1) } else { (now, 0) };
-        if contacts.at_once.1 > AT_ONCE {
-            return Err(Error::no_convergence(
-                "contacts open, close, slip or stick again and again at one moment",
-            ));
-        }
-        self.go_on_from(state)
+        Ok(())
     }
 
     /// After a landing: closed contacts stay closed, or open under the new forces of the rod.
@@ -484,8 +441,8 @@ impl<'a> AssemblyRun<'a> {
         let bodies = self.rod_bodies(system);
         let mut state = StruckState::new(self.solver.state());
         if let Some(contacts) = &mut self.contacts {
-            contacts.set.settle(&bodies, &mut state, &[])?;
-            contacts.due = None;
+            contacts.books.set.settle(&bodies, &mut state, &[])?;
+            contacts.books.due = None;
         }
         self.go_on_from(state)
     }
@@ -497,21 +454,21 @@ impl<'a> AssemblyRun<'a> {
         };
         let sums = sample.at.integrals;
         let mut now = moment(
-            contacts.set.system,
+            contacts.books.set.system,
             sums.time.min(self.until),
             &sample.at.now,
         );
         now.accelerations = self.assembly.accelerations(&sample.at);
-        sample.contact = Some(ContactSample {
-            impact_lost: contacts.lost,
-            friction_lost: contacts.friction.at(sums.drag),
-            obstacle_work: contacts.struck + contacts.obstacles.at(sums.work),
-            least_gap: now.least_gap(),
-            contacts: now.contacts_now(&contacts.set.closed),
-            rods: Vec::new(),
-        });
-        sample.ledger.dissipated += contacts.lost;
-        sample.ledger.work += contacts.struck;
+        sample.contact = Some(contacts.books.sample(now, sums_of(&sums)));
+        sample.ledger.dissipated += contacts.books.lost;
+        sample.ledger.work += contacts.books.struck;
         sample
+    }
+}
+
+fn sums_of(sums: &Integrals) -> Sums {
+    Sums {
+        drag: sums.drag,
+        work: sums.work,
     }
 }

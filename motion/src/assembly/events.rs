@@ -5,6 +5,7 @@ use super::{AssemblyPending, AssemblyRun};
 use crate::drive::{Motion, StateVariables};
 use crate::event::{Event, Outcome};
 use crate::locate::Timed;
+use crate::saved_state::SavedState;
 use crate::snap::Snap;
 use crate::state::StateRef;
 use snaprod_systems::assembly::Body;
@@ -59,19 +60,24 @@ impl<'a> Motion<'a> for AssemblyRun<'a> {
                 next: self.solver.next_step(),
                 tolerance: self.options.tolerance,
             };
-            return Some(self.stuck(
-                cause,
+            let remedy = if self.assembly.links().is_empty() {
+                "loads or contacts change too fast for double precision: smooth the loads, or change the obstacles or the start a little"
+            } else {
                 "a rod is pulled straight, or folds in a way that is not simple: give it stretch (a finite axial stiffness), or \
-                 friction (damping)",
-            ));
+                 friction (damping)"
+            };
+            return Some(self.stuck(cause, remedy));
         };
         self.keep_contacts();
         self.look_back(from);
         if let Some((link, gap, lambda)) = self.loose() {
             let which = self.assembly.rod_name(link);
             let remedy = "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut";
-            let either = if self.assembly.links()[link].varies_in_time() {
+            let rod = &self.assembly.links()[link];
+            let either = if rod.varies_in_time() {
                 "its force is no chart of a rod whose section law varies in time"
+            } else if rod.has_turning() {
+                "its force is no chart of a rod under loads that turn with it"
             } else {
                 "its force does not either, since the rod is neutral under it, as a loop in a taut wire can be"
             };
@@ -124,6 +130,20 @@ impl<'a> Motion<'a> for AssemblyRun<'a> {
 
     fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
         Some(StateRef::Made(Box::new(self.state_at(t)?)))
+    }
+
+    fn save(&mut self, t: f64) -> Result<SavedState> {
+        self.save(t)
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<()> {
+        self.restore(saved)
+    }
+
+    fn renew(&mut self) -> Result<()> {
+        // The next step then looks anew at the loads.
+        self.until = f64::NAN;
+        self.settle_contacts()
     }
 
     fn duration(&self) -> f64 {

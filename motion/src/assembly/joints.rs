@@ -36,10 +36,19 @@ pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
         );
     }
     let mut links = assembly.links().iter().enumerate();
-    if let Some((k, _)) = links.find(|(k, link)| link.varies_in_time() && assembly.is_jointed(*k)) {
+    if let Some((k, _)) =
+        (links.clone()).find(|(k, link)| link.varies_in_time() && assembly.is_jointed(*k))
+    {
         return Err(Error::domain(format!(
             "{} has a section law in time and a joint with axes: a motion follows one of the two; weld its ends, or leave out the \
              histories in time",
+            assembly.rod_name(k)
+        )));
+    }
+    if let Some((k, _)) = links.find(|(k, link)| link.has_turning() && assembly.is_jointed(*k)) {
+        return Err(Error::domain(format!(
+            "{} bears loads that turn with it, or couples along it, and has a joint with axes: a motion follows one of the two; weld its ends, \
+             or give it its mass in full (inertia = \"full\")",
             assembly.rod_name(k)
         )));
     }

@@ -3,7 +3,7 @@
 
 use super::{AssemblyRun, StateVector};
 use crate::event::Outcome;
-use crate::locate::{Guess, Timed, locate};
+use crate::locate::{end_at_zero, seen_inside};
 use crate::run::{RodBound, RodTouch};
 use nalgebra::Vector3;
 use snaprod_systems::assembly::Evaluated;
@@ -19,8 +19,6 @@ const FINER: usize = 8;
 const NEAR: f64 = 0.02;
 /// Halvings of the nearest place on a cubic.
 const HALVINGS: usize = 40;
-/// Fractions of a step at which touches inside the step are looked for.
-const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 
 /// A place of a rod in the world, and its derivative by arclength.
 #[derive(Clone, Copy)]
@@ -198,48 +196,33 @@ impl<'a> AssemblyRun<'a> {
         if !self.contacts.as_ref()?.rods_touch {
             return None;
         }
-        let (marks, mut near) = self.look_at_rods(step.to())?;
+        let (marks, near) = self.look_at_rods(step.to())?;
         self.extra.evaluations += 2;
         let before = std::mem::replace(&mut self.contacts.as_mut()?.marks, marks.clone());
-        let mut part = 1.0;
         let way = (before.iter().zip(&marks)).map(|(from, to)| moved(from, to));
         let way = way.fold(0.0, f64::max);
-        if !near.as_ref().is_some_and(RodTouch::is_one) {
+        let nearest = |state: &StateVector| self.look_at_rods(state).and_then(|(_, near)| near);
+        let mut cost = Cost::default();
+        let mut found = near.filter(RodTouch::is_one).map(|touch| (1.0, touch));
+        if found.is_none() {
             if near.is_none_or(|near| near.gap > way) {
                 return None;
             }
             let f = self.right_hand_side();
-            let mut cost = Cost::default();
-            let dense = step.interpolant(&mut { f }, &mut cost)?;
-            self.extra.evaluations += cost.evaluations;
-            for x in INSIDE {
-                let there = self.look_at_rods(&dense.at(x)).and_then(|(_, near)| near);
-                if there.as_ref().is_some_and(RodTouch::is_one) {
-                    (near, part) = (there, x);
-                    break;
-                }
-            }
+            let look = |state: &StateVector| nearest(state).filter(RodTouch::is_one);
+            let inside = seen_inside(step, &mut { f }, look, &mut cost);
+            found = inside.flatten();
         }
-        let touch = near.filter(RodTouch::is_one)?;
-        let gap = |state: &StateVector| {
-            let seen = self.look_at_rods(state).and_then(|(_, near)| near);
-            seen.map_or(f64::INFINITY, |near| near.gap)
-        };
-        let h = part * step.h();
-        let (first, last) = (gap(step.from()), touch.gap);
-        let guess = Guess {
-            h: h * first / (first - last),
-            rate: (last - first) / h,
-            t: step.from().time(),
-        };
-        let mut cost = Cost::default();
+        let gap = |state: &StateVector| nearest(state).map_or(f64::INFINITY, |near| near.gap);
         let f = self.right_hand_side();
-        let found = locate(step, &mut { f }, guess, |state, _| gap(state), &mut cost);
+        let shorter = found
+            .map(|(part, touch)| end_at_zero(step, &mut { f }, (part, touch.gap), gap, &mut cost));
         self.extra.evaluations += cost.evaluations;
-        let Some(found) = found else {
+        let (_, touch) = found?;
+        let Some(shorter) = shorter.flatten() else {
             return Some(None);
         };
-        *step = found.step;
+        *step = shorter;
         self.solver
             .rewind(step.to().clone(), step.end_slope().clone());
         let there = self.look_at_rods(step.to()).and_then(|(_, near)| near);

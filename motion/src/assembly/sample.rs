@@ -23,7 +23,7 @@ pub struct AssemblySample {
     pub at: Evaluated,
     /// Energies, and the work exchanged since the start.
     pub ledger: Ledger,
-    /// Morse index of every rod with its ends held.
+    /// Morse index of every rod with its ends held; 0 under loads along it that turn with it, where there is none.
     pub indices: Vec<usize>,
     /// Contacts with obstacles; None without obstacles.
     pub contact: Option<ContactSample>,
@@ -132,7 +132,8 @@ impl State for AssemblySample {
     }
 
     fn index(&self) -> Option<usize> {
-        Some(self.indices.iter().sum())
+        // Loads that turn with a rod have no potential, and so its equilibria have no index.
+        (!self.assembly.has_turning()).then(|| self.indices.iter().sum())
     }
 
     fn configuration(&self) -> Option<&Configuration> {

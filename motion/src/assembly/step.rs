@@ -4,9 +4,9 @@ use super::branching::Crossing;
 use super::{AssemblyRun, StateVector, first_step};
 use crate::event::Outcome;
 use crate::groove_turning_points::turning_fraction;
-use crate::locate::{Guess, Located, Timed, at_time, first_fold, locate};
+use crate::locate::{Guess, Located, Timed, at_time, end_at_zero, first_fold, locate, seen_inside};
 use nalgebra::DVector;
-use snaprod_systems::assembly::{Nearness, RodMonitor, SlowedTime};
+use snaprod_systems::assembly::{Contact, Nearness, RodMonitor, SlowedTime};
 use snaprod_systems::body::Groove;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::AcceptedStep;
@@ -26,9 +26,6 @@ const CLEAR: f64 = 0.1;
 const DRIFTED: f64 = 3.0;
 /// Gap, in tolerances, beyond which a rod is too taut for the chart of the base wrench.
 pub(super) const LOOSE: f64 = 1e3;
-
-/// Fractions of a step at which contacts inside the step are tested.
-const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 
 /// Outcome of a step.
 pub(super) enum StepProgress {
@@ -388,44 +385,30 @@ impl<'a> AssemblyRun<'a> {
         };
         let after = nearness(step.to());
         let before = std::mem::replace(&mut self.near, after.clone());
-        let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
-        let mut part = 1.0;
+        let touches = |contact: &Contact| contact.gap <= 0.0;
+        let mut found = after.contact.filter(touches).map(|contact| (1.0, contact));
+        let mut cost = Cost::default();
         // Within a step the gap falls below its end values by at most the distance moved by the rods.
         if before.gap().min(after.gap()) < before.moved(&after) {
             let f = self.right_hand_side();
-            let mut cost = Cost::default();
-            let dense = step.interpolant(&mut { f }, &mut cost)?;
-            self.extra.evaluations += cost.evaluations;
-            for x in INSIDE {
-                let there = nearness(&dense.at(x)).contact;
-                let there = there.filter(|contact| contact.gap <= 0.0);
-                if there.is_some() {
-                    (found, part) = (there, x);
-                    break;
-                }
-            }
+            let look = |state: &StateVector| nearness(state).contact.filter(touches);
+            let inside = seen_inside(step, &mut { f }, look, &mut cost);
+            self.extra.evaluations += std::mem::take(&mut cost.evaluations);
+            found = inside?.or(found);
         }
-        let contact = found?;
+        let (part, contact) = found?;
         let gap = |state: &StateVector| {
             let now = assembly.configuration(&state.0);
             let there = contact.at(&assembly, state.time(), &now);
             there.map_or(1.0, |contact| contact.gap)
         };
-        let h = part * step.h();
-        let (first, last) = (gap(step.from()), contact.gap);
-        let guess = Guess {
-            h: h * first / (first - last),
-            rate: (last - first) / h,
-            t: step.from().time(),
-        };
-        let mut cost = Cost::default();
         let f = self.right_hand_side();
-        let found = locate(step, &mut { f }, guess, |state, _| gap(state), &mut cost);
+        let shorter = end_at_zero(step, &mut { f }, (part, contact.gap), gap, &mut cost);
         self.extra.evaluations += cost.evaluations;
-        let Some(found) = found else {
+        let Some(shorter) = shorter else {
             return Some(None);
         };
-        *step = found.step;
+        *step = shorter;
         self.solver
             .rewind(step.to().clone(), step.end_slope().clone());
         let now = assembly.configuration(&step.to().0);

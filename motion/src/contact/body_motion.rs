@@ -40,7 +40,7 @@ struct LastStep {
 }
 
 /// Most events in a row between which no time passes.
-pub(crate) const AT_ONCE: u32 = 100;
+pub(super) const AT_ONCE: u32 = 100;
 /// Most corrections of the time of an event.
 const CORRECTIONS: usize = 6;
 
@@ -377,9 +377,18 @@ impl<'a> BodyMotion<'a> {
                 until: bodies.until,
             });
         }
+        let reached = state.clone();
         let mut changed = self.contacts.keep(&bodies, &mut state);
         let found = found.map(|(_, found)| found);
-        changed |= self.contacts.happen(&bodies, &mut state, found)?;
+        match self.contacts.happen(&bodies, &mut state, found) {
+            Ok(happened) => changed |= happened,
+            Err(why) => {
+                // The motion ends at the event, and not at the end of the whole step.
+                let slope = self.solver.slope().clone();
+                self.solver.rewind(reached, slope);
+                return Err(why);
+            }
+        }
         let passes = state[0] > from + f64::EPSILON * from.abs();
         self.at_once = if passes { 0 } else { self.at_once + 1 };
         if self.at_once > AT_ONCE {

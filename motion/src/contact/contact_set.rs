@@ -162,15 +162,7 @@ impl<'a> ContactSet<'a> {
         y: &mut D::State,
         found: Option<Found>,
     ) -> Result<bool> {
-        let t = dynamics.time(y);
-        let over: Vec<Pending> = (self.pending.iter().copied())
-            .filter(|pending| pending.t <= t)
-            .collect();
-        self.pending.retain(|pending| pending.t > t);
-        for pending in over {
-            let change = self.change(dynamics, y, pending.candidate, &self.closed);
-            self.report(ContactEvent::Accumulation(change));
-        }
+        self.end_bounces(dynamics, y);
         match found {
             Some(Found::Touch(k)) => {
                 let (touch, slip) = dynamics.places(y).touch(k);
@@ -186,7 +178,22 @@ impl<'a> ContactSet<'a> {
             Some(Found::Turn(watch)) => self.turn(dynamics, y, watch)?,
             None => {}
         }
+        // Bounces that begin now may last less than the rounding of time.
+        self.end_bounces(dynamics, y);
         Ok(found.is_some() | self.look_at_idle(dynamics, y)?)
+    }
+
+    /// Reports the sequences of bounces that are over.
+    fn end_bounces<D: ContactDynamics>(&mut self, dynamics: &D, y: &D::State) {
+        let t = dynamics.time(y);
+        let over: Vec<Pending> = (self.pending.iter().copied())
+            .filter(|pending| pending.t <= t)
+            .collect();
+        self.pending.retain(|pending| pending.t > t);
+        for pending in over {
+            let change = self.change(dynamics, y, pending.candidate, &self.closed);
+            self.report(ContactEvent::Accumulation(change));
+        }
     }
 
     /// Contacts that carried no force may have opened, or close anew. Returns true if one did.

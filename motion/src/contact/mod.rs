@@ -34,6 +34,7 @@ mod bodies;
 mod body_ledger;
 mod body_motion;
 mod body_options;
+mod contact_books;
 mod contact_dynamics;
 mod contact_event;
 mod contact_forces;
@@ -54,8 +55,7 @@ pub use contact_sample::ContactSample;
 pub use contact_set::ContactNow;
 pub use rod_contact::{RodContactChange, RodContactEvent, RodContactNow};
 
-pub(crate) use body_motion::AT_ONCE;
+pub(crate) use contact_books::{ContactBooks, Sums};
 pub(crate) use contact_dynamics::ContactDynamics;
 pub(crate) use contact_forces::{AccelerationBound, Closed, Grip, Moment};
-pub(crate) use contact_sample::PartOfSum;
-pub(crate) use contact_set::{ContactSet, Found};
+pub(crate) use contact_set::Found;

@@ -8,6 +8,7 @@ use super::element_sample::{ElementSample, ledger};
 use super::run::{HeavyRun, resolved_start};
 use super::start::HeavyStart;
 use super::touch::{RodsInStep, first_contact};
+use crate::saved_state::{SavedState, outside_step};
 use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{Contact, Nearness, Tube};
@@ -54,6 +55,11 @@ const NEAR_REST: f64 = 30.0;
 /// Part of the accelerations out of a plane that ends a motion in the plane.
 const ASIDE: f64 = 1e-9;
 
+/// Stands in saved states for the axis of a motion that is not restricted to a plane.
+const NO_AXIS: f64 = 3.0;
+/// Method of saved states.
+const METHOD: &str = "rods with mass in elements";
+
 /// A run of rods in elements in progress.
 pub struct ElementRun {
     model: Arc<ElementAssembly>,
@@ -92,18 +98,24 @@ pub fn heavy_motion<'a>(
     start: &HeavyStart<'_>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
-    if let Some(model) = suited(given, &options) {
-        return Ok(Box::new(ElementRun::new(given, model, start, options)?));
-    }
-    Ok(Box::new(HeavyRun::new(given, start, options)?))
-}
-
-/// The rods in their first elements; None if elements do not follow them, or the strains at nodes suit better.
-fn suited(given: &HeavyAssembly, options: &Options) -> Option<ElementAssembly> {
     let asked = options.method == Method::Auto && options.nodes == Nodes::Adaptive;
     if !asked || options.tolerance < FINEST {
-        return None;
+        return Ok(Box::new(HeavyRun::new(given, start, options)?));
     }
+    match in_elements(given, &options) {
+        Ok(model) => Ok(Box::new(ElementRun::new(given, model, start, options)?)),
+        Err(why) => {
+            let run = HeavyRun::new(given, start, options)?;
+            Ok(Box::new(run.without_elements(why.to_string())))
+        }
+    }
+}
+
+/// The rods in their first elements.
+///
+/// # Errors
+/// Rods that elements do not follow.
+fn in_elements(given: &HeavyAssembly, options: &Options) -> Result<ElementAssembly> {
     let intervals = given.links.iter();
     let intervals = intervals.map(|link| vec![FIRST; link.rod.given.breaks().len() + 1]);
     let degree = if options.tolerance < CLOSE {
@@ -115,7 +127,7 @@ fn suited(given: &HeavyAssembly, options: &Options) -> Option<ElementAssembly> {
         elements: intervals.collect(),
         degree,
     };
-    ElementAssembly::new(given, mesh).ok()
+    ElementAssembly::new(given, mesh)
 }
 
 impl ElementRun {
@@ -266,13 +278,10 @@ impl ElementRun {
             let state = self.integrator.state();
             let moment = self.model.moment(state)?;
             let from = self.integrator.from().clone();
-            if self.model.freedoms() != Freedoms::Space {
-                let whole = ElementAssembly::clone(&self.model).with_freedoms(Freedoms::Space);
-                let aside = self.model.leaves_plane(&whole.moment(state)?);
-                if aside > ASIDE {
-                    self.on(whole, &from)?;
-                    continue;
-                }
+            if self.model.leaves_plane(state)? > ASIDE {
+                let whole = ElementAssembly::clone(&self.model);
+                self.on(whole.with_freedoms(Freedoms::Space), &from)?;
+                continue;
             }
             if self.model.give(&moment)? > GIVES_WAY * self.options.tolerance {
                 self.gives = true;
@@ -494,12 +503,9 @@ enum InPlane {
 
 /// The planes normal to an axis in which a state stays.
 fn in_a_plane(model: &ElementAssembly, y: &DVector<f64>) -> InPlane {
-    let Some(moment) = model.moment(y) else {
-        return InPlane::None;
-    };
     let flat = |axis: &usize| {
         let flat = model.clone().with_freedoms(Freedoms::Plane(*axis));
-        flat.leaves_plane(&moment) < ASIDE
+        flat.leaves_plane(y).is_some_and(|off| off < ASIDE)
     };
     let mut axes = (0..3).filter(flat);
     match (axes.next(), axes.next()) {
@@ -564,6 +570,98 @@ impl<'a> Motion<'a> for ElementRun {
             (sample, _) = self.sampled(&y, Some(numerical))?;
         }
         Some(StateRef::Made(Box::new(sample)))
+    }
+
+    fn save(&mut self, t: f64) -> Result<SavedState> {
+        let numerical =
+            |x: f64| self.numerical_before + x * (self.numerical - self.numerical_before);
+        let (y, numerical) = if t == self.time() {
+            (self.integrator.state().clone(), self.numerical)
+        } else {
+            let x = self.integrator.fraction(self.model.time(), t);
+            let x = x.ok_or_else(|| outside_step(t))?;
+            let numerical = numerical(x);
+            let y = self.integrator.at(&*self.model, x);
+            (y.ok_or_else(|| outside_step(t))?, numerical)
+        };
+        let (sample, _) = (self.sampled(&y, Some(numerical))).ok_or_else(|| outside_step(t))?;
+        let (mesh, time, y) = (self.model.mesh(), self.model.time(), y.as_slice());
+        let elements = mesh.elements.iter().flatten();
+        let axis = match self.model.freedoms() {
+            Freedoms::Space => NO_AXIS,
+            Freedoms::Plane(axis) => axis as f64,
+        };
+        Ok(SavedState::new(METHOD, t, &sample.ledger())
+            .with("elements", elements.map(|n| *n as f64))
+            .with("degree", [mesh.degree as f64])
+            .with("plane", [axis])
+            .with("undecided", [f64::from(u8::from(self.undecided))])
+            .with("hold", [self.model.hold()])
+            .with("motion", y[..time].to_vec())
+            .with("integrals", y[time + 1..time + INTEGRALS].to_vec())
+            .with("numerical_loss", [numerical]))
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<()> {
+        saved.check(METHOD)?;
+        let counts = saved.counts("elements")?;
+        let intervals = self.model.mesh().elements.iter().map(Vec::len);
+        saved.sized("elements", intervals.clone().sum())?;
+        let mut counts = counts.into_iter();
+        let elements = intervals.map(|size| counts.by_ref().take(size).collect());
+        saved.sized("degree", 1)?;
+        let mesh = Mesh {
+            elements: elements.collect(),
+            degree: saved.counts("degree")?[0],
+        };
+        let [axis] = saved.array("plane")?;
+        let freedoms = (0..3)
+            .find(|k| axis == f64::from(*k))
+            .map_or(Freedoms::Space, |k| Freedoms::Plane(k as usize));
+        let [hold] = saved.array("hold")?;
+        let model = ElementAssembly::new(&self.given, mesh)?;
+        let model = model.with_freedoms(freedoms).with_hold(hold);
+        let outside = || {
+            Error::domain(
+                "the strains of the state are outside the law's domain, or of another rod",
+            )
+        };
+        let time = model.time();
+        let mut numbers = saved.sized("motion", time)?.to_vec();
+        numbers.push(saved.t);
+        numbers.extend_from_slice(saved.sized("integrals", INTEGRALS - 1)?);
+        let mut y = DVector::from_vec(numbers);
+        let [numerical] = saved.array("numerical_loss")?;
+        let moment = model.moment(&y).ok_or_else(outside)?;
+        let now = ledger(&model, &moment, &y.as_slice()[time..], numerical);
+        y[time + 2] += saved.work_of_change(&now)?;
+        self.integrator
+            .restart(&model, y, None)
+            .ok_or_else(outside)?;
+        self.near = nearness(&self.given, &model, &moment);
+        self.model = Arc::new(model);
+        self.most_nodes = self.most_nodes.max(self.model.most_nodes());
+        let state = self.integrator.state();
+        (self.current, _) = self.sampled(state, Some(numerical)).ok_or_else(outside)?;
+        self.first = self.current.clone();
+        let total = self.current.ledger().total();
+        self.energy = total;
+        (self.numerical, self.numerical_before) = (numerical, numerical);
+        self.total_before = total;
+        self.undecided = saved.array::<1>("undecided")?[0] != 0.0;
+        (self.gives, self.stopped, self.ended) = (false, false, None);
+        Ok(())
+    }
+
+    fn renew(&mut self) -> Result<()> {
+        let y = self.integrator.state().clone();
+        self.integrator
+            .restart(&*self.model, y, None)
+            .ok_or_else(|| Error::domain("the motion is not defined under the new loads"))?;
+        if let Some((current, _)) = self.sampled(self.integrator.state(), Some(self.numerical)) {
+            self.current = current;
+        }
+        Ok(())
     }
 
     fn duration(&self) -> f64 {

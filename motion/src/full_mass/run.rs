@@ -6,6 +6,7 @@ use super::start::{HeavyStart, split};
 use super::touch::{RodsInStep, crossing, first_contact};
 use crate::adaptive_nodes::AdaptiveNodes;
 use crate::groove_turning_points::{ON_END, turning_fraction};
+use crate::saved_state::{SavedState, outside_step};
 use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{Body, Contact, Nearness};
@@ -30,6 +31,9 @@ const FAR: f64 = 10.0;
 const PATIENCE: u32 = 40;
 /// Largest drift of rod ends from the attachments, in tolerances, that is left uncorrected.
 const DRIFTED: f64 = 0.1;
+/// Method of saved states.
+const METHOD: &str = "rods with mass by strains at Gauss nodes";
+
 /// A run of rods with mass in progress.
 pub struct HeavyRun {
     model: Arc<HeavyAssembly>,
@@ -43,6 +47,8 @@ pub struct HeavyRun {
     near: Option<Nearness>,
     /// Reason for an end of the run with the last step.
     ended: Option<Outcome>,
+    /// Why this run stands in place of one in elements.
+    no_elements: Option<String>,
     stopped: bool,
     interrupted: bool,
 }
@@ -106,9 +112,16 @@ impl HeavyRun {
             current,
             near,
             ended: None,
+            no_elements: None,
             stopped: false,
             interrupted: false,
         })
+    }
+
+    /// This run, in place of one in elements, for a reason.
+    pub(super) fn without_elements(mut self, why: String) -> Self {
+        self.no_elements = Some(why);
+        self
     }
 
     fn time(&self) -> f64 {
@@ -434,6 +447,69 @@ impl<'a> Motion<'a> for HeavyRun {
         Some(StateRef::Made(Box::new(self.sample_of(&y)?)))
     }
 
+    fn save(&mut self, t: f64) -> Result<SavedState> {
+        let (y, ledger) = if t == self.time() {
+            (self.integrator.state().clone(), self.current.ledger())
+        } else {
+            let inside = |run: &mut Self| {
+                let fraction = run.integrator.fraction(run.model.time(), t)?;
+                let y = run.integrator.at(&*run.model, fraction)?;
+                let ledger = run.sample_of(&y)?.ledger();
+                Some((y, ledger))
+            };
+            inside(self).ok_or_else(|| outside_step(t))?
+        };
+        let rods = self.model.links.iter();
+        let counts = rods.flat_map(|link| link.rod.sections.grid.counts());
+        let (time, y) = (self.model.time(), y.as_slice());
+        Ok(SavedState::new(METHOD, t, &ledger)
+            .with("nodes", counts.map(|n| n as f64))
+            .with("motion", y[..time].to_vec())
+            .with("integrals", y[time + 1..time + INTEGRALS].to_vec()))
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<()> {
+        saved.check(METHOD)?;
+        let counts = saved.counts("nodes")?;
+        let rods = self.model.links.iter();
+        let elements = rods.map(|link| link.rod.given.breaks().len() + 1).sum();
+        saved.sized("nodes", elements)?;
+        let model = Arc::new(self.model.with_nodes(&split(&self.model, &counts))?);
+        let time = model.time();
+        let mut numbers = saved.sized("motion", time)?.to_vec();
+        numbers.push(saved.t);
+        numbers.extend_from_slice(saved.sized("integrals", INTEGRALS - 1)?);
+        numbers.resize(time + INTEGRALS + model.unknowns(), 0.0);
+        let mut y = DVector::from_vec(numbers);
+        let at = model.at(&y).ok_or_else(outside_domain)?;
+        System::settle(&*model, &mut y).ok_or_else(outside_domain)?;
+        let now = HeavySample::new(&model, &y, at, model.second(&y)).ok_or_else(outside_domain)?;
+        y[time + 2] += saved.work_of_change(&now.ledger())?;
+        self.integrator
+            .restart(&*model, y, None)
+            .ok_or_else(outside_domain)?;
+        self.near = nearness(&model, self.integrator.state());
+        self.model = model;
+        self.current = self
+            .sample_of(self.integrator.state())
+            .ok_or_else(outside_domain)?;
+        self.first = self.current.clone();
+        self.nodes.record_total(counts.iter().sum());
+        (self.ended, self.stopped) = (None, false);
+        Ok(())
+    }
+
+    fn renew(&mut self) -> Result<()> {
+        let y = self.integrator.state().clone();
+        self.integrator
+            .restart(&*self.model, y, None)
+            .ok_or_else(|| Error::domain("the motion is not defined under the new loads"))?;
+        if let Some(current) = self.sample_of(self.integrator.state()) {
+            self.current = current;
+        }
+        Ok(())
+    }
+
     fn duration(&self) -> f64 {
         self.options.duration
     }
@@ -471,5 +547,9 @@ impl<'a> Motion<'a> for HeavyRun {
             tail: self.tails[0],
             rate_tail: Some(self.tails[1]),
         })
+    }
+
+    fn why_no_elements(&self) -> Option<&str> {
+        self.no_elements.as_deref()
     }
 }

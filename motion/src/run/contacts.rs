@@ -1,16 +1,13 @@
 //! Runs among obstacles: an event of a contact ends the step, an impact changes the velocity, and the run goes on.
 
 use super::{Event, OnSheet, Outcome, Phase, Progress, Run};
-use crate::contact::{
-    AT_ONCE, AccelerationBound, Bodies, ContactSample, ContactSet, Found, PartOfSum,
-};
+use crate::contact::{AccelerationBound, Bodies, ContactBooks, ContactSample, Found, Sums};
 use crate::locate::first_change;
 use crate::options::Options;
 use crate::sheet::{HeldContacts, LastStep, SheetBody, Struck};
 use snaprod_systems::body::PointMass;
 use snaprod_systems::error::{Error, Message, Quantity, Result};
 use snaprod_systems::manifold::Multivalued;
-use snaprod_systems::math::gauss::Rule;
 use snaprod_systems::rod::contact::Bound;
 use snaprod_systems::solve::cost::Cost;
 
@@ -167,26 +164,13 @@ pub(super) const TOUCHES: f64 = -1e-9;
 const BESIDE: f64 = 1e-4;
 /// Samples of a step in the search for touches of the rod.
 const PLACES: u32 = 8;
-/// Nodes of the integral of friction over a step, where the body has drag too.
-const NODES: usize = 8;
 /// Part of a step at whose start an event is one of the start.
 const AT_START: f64 = 1e-12;
 
 /// The contacts of a run in progress.
 pub(super) struct RunContacts<'a, const N: usize> {
-    set: ContactSet<'a>,
-    max_impacts: u64,
+    books: ContactBooks<'a>,
     rod: Option<RodGap<'a, N>>,
-    /// Kinetic energy lost in impacts, and work of obstacles in them.
-    pub lost: f64,
-    pub struck: f64,
-    /// Friction at contacts as a part of the loss that is integrated, and the work of obstacles as a part of the work.
-    friction: PartOfSum,
-    obstacles: PartOfSum,
-    /// The event at the end of the last step, while it has not happened; the inner None is the end of a step alone.
-    due: Option<Option<Found>>,
-    /// Time of the last event, and events at that time.
-    at_once: (f64, u32),
     clearance: Clearance,
 }
 
@@ -236,15 +220,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             ));
         }
         let mut contacts = RunContacts {
-            set: ContactSet::new(obstacles.bodies, obstacles.resting_speed),
-            max_impacts: obstacles.max_impacts,
+            books: ContactBooks::new(&obstacles),
             rod,
-            lost: 0.0,
-            struck: 0.0,
-            friction: PartOfSum::default(),
-            obstacles: PartOfSum::default(),
-            due: None,
-            at_once: (f64::NEG_INFINITY, 0),
             clearance: Clearance::default(),
         };
         let phase = self.motion.phase();
@@ -264,6 +241,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             work: 0.0,
         };
         contacts
+            .books
             .set
             .open(&self.struck_body(&contacts), &mut state)?;
         let start = contacts.rod.as_ref().map(|rod| rod(&phase, GapBy::Shape));
@@ -322,7 +300,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         SheetBody {
             manifold: self.manifold,
             body: self.body,
-            system: contacts.set.system,
+            system: contacts.books.set.system,
             until: self.motion.until(),
         }
     }
@@ -332,12 +310,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let Some(contacts) = &mut self.contacts else {
             return Ok(());
         };
-        contacts.lost += state.lost;
-        contacts.struck += state.work;
-        let share = f64::from(u8::from(contacts.set.holds()));
-        (contacts.friction).go_on(state.phase.drag_loss, share);
-        (contacts.obstacles).go_on(state.phase.work, share);
-        let held = HeldContacts::new(contacts.set.system, &contacts.set.closed);
+        let sums = sums_of(&state.phase);
+        contacts.books.book(state.lost, state.work, sums);
+        let held = HeldContacts::new(contacts.books.set.system, &contacts.books.set.closed);
         let orientation = self.motion.orientation();
         self.past = self.cost();
         self.motion = OnSheet::among_obstacles(
@@ -354,9 +329,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     /// The time up to which the next step may lead: the end of the run, or of a sequence of bounces.
     pub(super) fn end_of_step(&self) -> f64 {
-        let pending = self.contacts.iter().flat_map(|all| &all.set.pending);
-        let ends = pending.map(|pending| pending.t);
-        ends.fold(self.options.duration, f64::min)
+        let duration = self.options.duration;
+        let contacts = self.contacts.as_ref();
+        contacts.map_or(duration, |all| all.books.end_of_step(duration))
     }
 
     /// Looks for contact in the step just taken, and ends the step at the first event.
@@ -380,13 +355,13 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let length = step.to.t - step.from.t;
         let way = (step.from.v.norm() + 0.5 * step.acceleration * length) * length;
         contacts.clearance.travelled += way;
-        let stands = contacts.set.closed.is_empty() && !contacts.set.system.moves();
+        let stands = contacts.books.set.closed.is_empty() && !contacts.books.set.system.moves();
         if stands && contacts.clearance.is_left() {
             return Ok(progress);
         }
         if let Some((t, found)) = self.first_event(contacts, &body, &step) {
             progress = Progress::Moved;
-            contacts.due = Some(Some(found));
+            contacts.books.due = Some(Some(found));
             let ended = match found {
                 _ if t <= AT_START * length => {
                     self.motion.take_back();
@@ -408,25 +383,21 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if let Some(touch) = self.rod_touch(contacts) {
             self.found = Some(Event::Stop(Outcome::RodTouch(touch)));
             progress = Progress::Moved;
-            contacts.due = None;
+            contacts.books.due = None;
         }
-        if contacts.set.holds() {
+        if contacts.books.set.holds() {
             self.divide_sums(contacts, &body, &step);
-            let mut state = Struck {
-                phase: self.motion.phase(),
-                lost: 0.0,
-                work: 0.0,
-            };
-            let kept = contacts.set.keep(&body, &mut state);
-            let held = HeldContacts::new(contacts.set.system, &contacts.set.closed);
+            let mut state = self.struck_state();
+            let kept = contacts.books.set.keep(&body, &mut state);
+            let held = HeldContacts::new(contacts.books.set.system, &contacts.books.set.closed);
             self.motion.renew_contacts(held);
             if kept && progress == Progress::Moved {
                 self.motion.correct(state.phase);
             }
         }
         // Contacts without a force may close anew.
-        if !contacts.set.closed.is_empty() {
-            contacts.due.get_or_insert(None);
+        if !contacts.books.set.closed.is_empty() {
+            contacts.books.due.get_or_insert(None);
         }
         let now = self.motion.phase();
         let rod = contacts.rod.as_ref();
@@ -449,13 +420,13 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let ends = [body.at(&step.from), body.at(&step.to)];
         let bounds = [AccelerationBound::linear(step.acceleration)];
         let motion = &mut self.motion;
-        let touch = (contacts.set).first_touch([&ends[0], &ends[1]], length, &bounds, |t| {
+        let touch = (contacts.books.set).first_touch([&ends[0], &ends[1]], length, &bounds, |t| {
             Some(body.at(&motion.at(step.from.t + t)?))
         });
         let mut first = touch.map(|(t, k)| (t, Found::Touch(k)));
-        if contacts.set.holds() {
+        if contacts.books.set.holds() {
             let inside = self.motion.inside()?;
-            let turn = (contacts.set)
+            let turn = (contacts.books.set)
                 .first_turn(|x| Some(body.loaded(&if x == 1.0 { step.to } else { inside(x) })));
             if let Some((x, watch)) = turn {
                 let t = inside(x).t - step.from.t;
@@ -510,78 +481,44 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
         let to = self.motion.phase();
         let span = to.t - step.from.t;
-        let closed = contacts.set.closed.clone();
-        let rule = Rule::new(NODES);
-        let mut sums = [0.0; 2];
-        for (x, weight) in rule.nodes.iter().zip(&rule.weights) {
-            let at = self.motion.at(step.from.t + x * span);
-            let action = at.and_then(|at| body.loaded(&at).act(&closed));
-            if let Some(action) = action {
-                sums[0] += action.loss * weight * span;
-                sums[1] += action.work * weight * span;
-            }
-        }
-        let share = |part: f64, sum: f64| if sum == 0.0 { 0.0 } else { part / sum };
-        let grown = [to.drag_loss - step.from.drag_loss, to.work - step.from.work];
-        (contacts.friction).go_on(step.from.drag_loss, share(sums[0], grown[0]));
-        (contacts.obstacles).go_on(step.from.work, share(sums[1], grown[1]));
+        let ends = [&step.from, &to].map(sums_of);
+        contacts.books.divide(ends, span, |x| {
+            Some(body.loaded(&self.motion.at(step.from.t + x * span)?))
+        });
     }
 
     /// Lets what is due at the end of the last step happen, and returns the first event that is still to be reported.
     pub(super) fn contact_event(&mut self) -> Option<Result<Event>> {
         let mut contacts = self.contacts.take()?;
-        let happened = match contacts.due.take() {
-            Some(found) => self.happen(&mut contacts, found),
-            None => Ok(None),
-        };
-        let event = (!contacts.set.events.is_empty()).then(|| contacts.set.events.remove(0));
-        let hits = contacts.set.impacts;
-        let limit = contacts.max_impacts;
+        let mut state = self.struck_state();
+        let body = self.struck_body(&contacts);
+        let happened = contacts.books.happen(&body, &mut state);
+        let event = contacts.books.next_event();
+        let spent = contacts.books.are_spent();
         self.contacts = Some(contacts);
-        match happened {
-            Err(why) => return Some(Err(why)),
-            Ok(Some(state)) => {
-                if let Err(why) = self.go_on_from(state) {
-                    return Some(Err(why));
-                }
+        let going = happened.and_then(|changed| {
+            if changed {
+                self.go_on_from(state)
+            } else {
+                Ok(())
             }
-            Ok(None) => {}
+        });
+        if let Err(why) = going {
+            return Some(Err(why));
         }
         match event {
             Some(event) => Some(Ok(Event::Contact(event))),
-            None if hits >= limit => Some(Ok(self.stop(Outcome::ImpactLimit))),
-            None => None,
+            None => spent.then(|| Ok(self.stop(Outcome::ImpactLimit))),
         }
     }
 
-    /// The state after the event at the end of a step; None if nothing has changed.
-    fn happen(
-        &mut self,
-        contacts: &mut RunContacts<'a, N>,
-        found: Option<Found>,
-    ) -> Result<Option<Struck<N>>> {
-        let body = self.struck_body(contacts);
-        let mut state = Struck {
+    /// The present state, without losses.
+    fn struck_state(&self) -> Struck<N> {
+        Struck {
             phase: self.motion.phase(),
             lost: 0.0,
             work: 0.0,
-        };
-        let changed = contacts.set.happen(&body, &mut state, found)?;
-        let (t, count) = contacts.at_once;
-        let stands = state.phase.t <= t + f64::EPSILON * t.abs();
-        contacts.at_once = if !changed {
-            contacts.at_once
-        } else if stands {
-            (t, count + 1)
-        } else {
-            (state.phase.t, 0)
-        };
-        if contacts.at_once.1 > AT_ONCE {
-            return Err(Error::no_convergence(
-                "contacts open, close, slip or stick again and again at one moment",
-            ));
         }
-        Ok(changed.then_some(state))
     }
 
     /// After a snap: closed contacts stay closed, or open under the new force of the rod.
@@ -589,14 +526,10 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let Some(mut contacts) = self.contacts.take() else {
             return Ok(());
         };
-        let mut state = Struck {
-            phase: self.motion.phase(),
-            lost: 0.0,
-            work: 0.0,
-        };
+        let mut state = self.struck_state();
         let body = self.struck_body(&contacts);
-        let settled = contacts.set.settle(&body, &mut state, &[]);
-        contacts.due = None;
+        let settled = contacts.books.set.settle(&body, &mut state, &[]);
+        contacts.books.due = None;
         let inside = contacts
             .rod
             .as_ref()
@@ -616,20 +549,20 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// The contacts at a state within the last step, or now; None without obstacles.
     pub(super) fn contact_sample(&self, phase: &Phase<N>) -> Option<ContactSample> {
         let contacts = self.contacts.as_ref()?;
-        let mut now = self.struck_body(contacts).loaded(phase);
-        Some(ContactSample {
-            impact_lost: contacts.lost,
-            friction_lost: contacts.friction.at(phase.drag_loss),
-            obstacle_work: contacts.struck + contacts.obstacles.at(phase.work),
-            least_gap: now.least_gap(),
-            contacts: now.contacts_now(&contacts.set.closed),
-            rods: Vec::new(),
-        })
+        let now = self.struck_body(contacts).loaded(phase);
+        Some(contacts.books.sample(now, sums_of(phase)))
     }
 
     /// Energy lost in impacts, and work of obstacles in them.
     pub(super) fn of_impacts(&self) -> [f64; 2] {
         let contacts = self.contacts.as_ref();
-        contacts.map_or([0.0; 2], |contacts| [contacts.lost, contacts.struck])
+        contacts.map_or([0.0; 2], |all| [all.books.lost, all.books.struck])
+    }
+}
+
+fn sums_of<const N: usize>(phase: &Phase<N>) -> Sums {
+    Sums {
+        drag: phase.drag_loss,
+        work: phase.work,
     }
 }

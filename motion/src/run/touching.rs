@@ -19,7 +19,7 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 use snaprod_systems::body::PointMass;
 use snaprod_systems::contact::MAX_AT_ONCE;
 use snaprod_systems::elastica::{Elastica, Equilibrium};
-use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::error::{Cause, Error, Result, Stuck};
 use snaprod_systems::manifold::invert_near;
 use snaprod_systems::math::se3::join;
 use snaprod_systems::rod::contact::{
@@ -33,6 +33,8 @@ use std::sync::Arc;
 const SOFT: f64 = 1e-4;
 /// Changes of the touches at one moment before a run gives up.
 const CHANGES: u32 = 20;
+/// Distance from the centre of a chart within which a step that collapses has another cause than the chart.
+const NEAR_CENTRE: f64 = 0.05;
 /// Accuracy of the place of the end on a free sheet.
 const PLACE: f64 = 1e-15;
 
@@ -163,6 +165,13 @@ impl<'a> TouchingRun<'a> {
     fn stop(&mut self, outcome: Outcome) -> Event {
         self.stopped = true;
         Event::Stop(outcome)
+    }
+
+    /// The end of a run whose rod with touches cannot be followed.
+    fn lost(&mut self, why: Error) -> Event {
+        let cause = Cause::Failed(why.context("the contact of the rod with an obstacle"));
+        let remedy = "change the obstacles or the start a little";
+        self.stop(Outcome::stuck(self.phase().t, cause, remedy))
     }
 
     /// The touches of the rod now, as a guess.
@@ -379,7 +388,7 @@ impl<'a> TouchingRun<'a> {
         near.map(|at| contact_of(at, &self.surfaces))
     }
 
-    /// A bound that is passed already where a sheet begins, as where two touches close at once.
+    /// A bound that has been passed already at the start of a sheet, as when two touches close at one time.
     fn passed_at_once(&self) -> Option<RodTouch> {
         let Stage::Touched(run) = &self.stage else {
             return None;
@@ -421,17 +430,48 @@ impl<'a> TouchingRun<'a> {
 
     /// Goes on in a chart about the present state, if the motion has come far from the centre of the present one.
     fn centre(&mut self) -> Result<()> {
+        self.centre_if(|sheet, q| sheet.is_left(q)).map(drop)
+    }
+
+    /// Goes on in a chart about the present state if the motion has left the centre of a chart where steps collapse:
+    /// a chart may end far before its edge where the equilibria bend sharply, as near a fold. True if so.
+    fn centre_after(&mut self, outcome: &Outcome) -> Result<bool> {
+        match outcome {
+            Outcome::Stuck(stuck) if is_collapse(stuck) => {
+                self.centre_if(|_, q| q.norm() > NEAR_CENTRE)
+            }
+            _ => Ok(false),
+        }
+    }
+
+    /// The outcome with the remedy for a rod with touches, where steps have collapsed.
+    fn taut(&self, outcome: Outcome) -> Outcome {
+        match (&self.stage, outcome) {
+            (Stage::Touched(_), Outcome::Stuck(stuck)) if is_collapse(&stuck) => Outcome::stuck(
+                stuck.at,
+                stuck.cause,
+                "a rod that is pulled taut over an obstacle is followed up to forces of some 100 B/L^2: pull less, or move the obstacle",
+            ),
+            (_, outcome) => outcome,
+        }
+    }
+
+    fn centre_if(&mut self, wanted: impl Fn(&TouchedSheet, &Vector2<f64>) -> bool) -> Result<bool> {
         let Stage::Touched(run) = &self.stage else {
-            return Ok(());
+            return Ok(false);
         };
         let now = run.now();
-        if !run.manifold.is_left(&now.phase.q) {
-            return Ok(());
+        if !wanted(run.manifold, &now.phase.q) {
+            return Ok(false);
         }
-        let sheet = run.manifold.about(&now.phase.q, &now.pose, now.index)?;
+        let sheet = run.manifold.about(&now.phase.q, now.index)?;
         self.stage = self.on_sheet(sheet, now.phase)?;
-        Ok(())
+        Ok(true)
     }
+}
+
+fn is_collapse(stuck: &Stuck) -> bool {
+    matches!(stuck.cause, Cause::StepCollapsed { .. })
 }
 
 impl<'a> Motion<'a> for TouchingRun<'a> {
@@ -447,10 +487,7 @@ impl<'a> Motion<'a> for TouchingRun<'a> {
             return Some(self.stop(Outcome::Interrupted));
         }
         if let Err(why) = self.centre() {
-            let cause = Cause::Failed(why.context("the contact of the rod with an obstacle"));
-            let remedy = "change the obstacles or the start a little";
-            let outcome = Outcome::stuck(self.phase().t, cause, remedy);
-            return Some(self.stop(outcome));
+            return Some(self.lost(why));
         }
         let event = match &mut self.stage {
             Stage::Free(run) => run.next(),
@@ -467,7 +504,14 @@ impl<'a> Motion<'a> for TouchingRun<'a> {
                 }
                 Some(event)
             }
-            Event::Stop(outcome) => Some(self.stop(outcome)),
+            Event::Stop(outcome) => match self.centre_after(&outcome) {
+                Ok(true) => self.advance(),
+                Ok(false) => {
+                    let outcome = self.taut(outcome);
+                    Some(self.stop(outcome))
+                }
+                Err(why) => Some(self.lost(why)),
+            },
             Event::Snap(snap) => {
                 let met = self.met_in_fall(&snap);
                 self.events
@@ -511,6 +555,13 @@ impl<'a> Motion<'a> for TouchingRun<'a> {
                     &self.surfaces,
                 ))))
             }
+        }
+    }
+
+    fn renew(&mut self) -> Result<()> {
+        match &mut self.stage {
+            Stage::Free(run) => run.see_loads_anew(),
+            Stage::Touched(run) => run.see_loads_anew(),
         }
     }
 

@@ -21,7 +21,7 @@ mod sample;
 mod small_motions;
 mod snap_layer;
 
-pub use motions::{FreeStrains, in_plane, in_space};
+pub use motions::{AlongRod, FreeStrains, in_plane, in_space};
 pub use nearby_equilibrium::near_equilibrium;
 pub use run::{ViscousRun, ViscousStart};
 pub use sample::ViscousSample;

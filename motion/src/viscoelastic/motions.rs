@@ -5,13 +5,24 @@ use crate::{Motion, Options};
 use nalgebra::Isometry3;
 use snaprod_systems::body::{EndBody, Mass, PointMass};
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::rod::DistributedLoad;
+use snaprod_systems::rod::{DistributedLoad, LoadsWithoutPotential};
 use snaprod_systems::section::rate::Viscoelastic;
-use snaprod_systems::section::{Strain, StrainName};
+use snaprod_systems::section::{LawInTime, Strain, StrainName};
 use snaprod_systems::viscoelastic::kinematics::Local;
 use snaprod_systems::viscoelastic::material::Material;
 use snaprod_systems::viscoelastic::plane::Plane;
 use snaprod_systems::viscoelastic::space::Space;
+
+/// Loads along a rod in space, in the frame of the clamp and the units of the rod, and its elastic law in time.
+#[derive(Debug, Clone, Default)]
+pub struct AlongRod {
+    /// Dead forces.
+    pub dead: Option<DistributedLoad>,
+    /// Loads without a potential.
+    pub turning: Option<LoadsWithoutPotential>,
+    /// The elastic law, if it varies in time.
+    pub law_in_time: Option<LawInTime>,
+}
 
 /// The strains of a rod in space that move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +33,15 @@ pub enum FreeStrains {
     Stretch,
     /// All six.
     All,
+}
+
+impl AlongRod {
+    fn on<const M: usize>(self, material: Material<M>) -> Material<M> {
+        material
+            .under(self.dead)
+            .turned_by(self.turning)
+            .with_law_in_time(self.law_in_time)
+    }
 }
 
 impl FreeStrains {
@@ -86,19 +106,25 @@ pub fn in_plane<'a>(
 
 /// The motion of a body at the end of a viscoelastic rod in space, with the kinematics of its strains and its joint.
 /// The start gives all six strains, and the twist of the end (angular velocity first; a ball joint takes the velocity
-/// alone). `load` is a dead load along the rod, in the frame of the clamp and the units of the rod.
+/// alone).
 ///
 /// # Errors
 /// As [`ViscousRun::new`].
 pub fn in_space<'a>(
     section: Viscoelastic,
     strains: FreeStrains,
-    load: Option<&DistributedLoad>,
+    along: AlongRod,
     carried: &'a Mass,
     start: &ViscousStart<'_, 6, 6>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
-    dispatch(section, load, strains, carried, StartRun { start, options })
+    dispatch(
+        section,
+        along,
+        strains,
+        carried,
+        StartRun { start, options },
+    )
 }
 
 /// A task on a rod in space, generic in the numbers of its strains (M) and of its end velocities (D).
@@ -119,20 +145,20 @@ pub(super) trait InSpace<'a> {
 /// Chooses M and D by strains and joint, and runs the task.
 pub(super) fn dispatch<'a, T: InSpace<'a>>(
     section: Viscoelastic,
-    load: Option<&DistributedLoad>,
+    along: AlongRod,
     strains: FreeStrains,
     carried: &'a Mass,
     task: T,
 ) -> Result<T::Output> {
     match carried {
-        Mass::Rigid(body) => with_body::<_, _, 6>(section, load, strains, body, task),
-        Mass::Point(body) => with_body::<_, _, 3>(section, load, strains, body, task),
+        Mass::Rigid(body) => with_body::<_, _, 6>(section, along, strains, body, task),
+        Mass::Point(body) => with_body::<_, _, 3>(section, along, strains, body, task),
     }
 }
 
 fn with_body<'a, B, T: InSpace<'a>, const D: usize>(
     section: Viscoelastic,
-    load: Option<&DistributedLoad>,
+    along: AlongRod,
     strains: FreeStrains,
     body: &'a B,
     task: T,
@@ -142,15 +168,15 @@ where
 {
     match strains {
         FreeStrains::Flexure => task.with::<B, 3, D>(
-            Material::new(section, Space::<3, D>::places())?.under(load.cloned()),
+            along.on(Material::new(section, Space::<3, D>::places())?),
             body,
         ),
         FreeStrains::Stretch => task.with::<B, 4, D>(
-            Material::new(section, Space::<4, D>::places())?.under(load.cloned()),
+            along.on(Material::new(section, Space::<4, D>::places())?),
             body,
         ),
         FreeStrains::All => task.with::<B, 6, D>(
-            Material::new(section, Space::<6, D>::places())?.under(load.cloned()),
+            along.on(Material::new(section, Space::<6, D>::places())?),
             body,
         ),
     }

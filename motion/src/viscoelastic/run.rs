@@ -3,6 +3,7 @@
 use super::sample::ViscousSample;
 use super::snap_layer::LayerWatch;
 use crate::adaptive_nodes::AdaptiveNodes;
+use crate::saved_state::{SavedState, outside_step};
 use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
 use snaprod_systems::body::EndBody;
@@ -41,6 +42,9 @@ const FOLLOWS: f64 = 1e-9;
 /// Rounding error of that velocity, relative to the velocities by the stresses alone and by the wrench alone.
 const ROUNDED: f64 = 1e-13;
 
+/// Method of saved states.
+const METHOD: &str = "a rod with friction and without mass";
+
 /// A viscoelastic run in progress.
 pub struct ViscousRun<'a, K: Kinematics<M, D>, B, const M: usize, const D: usize>
 where
@@ -62,7 +66,7 @@ where
 
 impl<'a, K, B, const M: usize, const D: usize> ViscousRun<'a, K, B, M, D>
 where
-    K: Kinematics<M, D> + Clone,
+    K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
 {
     /// A run at time 0.
@@ -172,6 +176,92 @@ where
             _ => self.system.at(y)?,
         };
         Some(ViscousSample::new(&self.system, y, configuration, flow))
+    }
+
+    /// The state at a time within the last step or at its end.
+    ///
+    /// # Errors
+    /// A time outside the last step.
+    pub fn save(&mut self, t: f64) -> Result<SavedState> {
+        let layout = self.system.layout();
+        let (y, sample) = if t == self.time() {
+            (self.integrator.state().clone(), self.current.clone())
+        } else {
+            let inside = |run: &mut Self| {
+                let fraction = run.integrator.fraction(layout.time(), t)?;
+                let y = run.integrator.at(&run.system, fraction)?;
+                let sample = run.sample_of(&y)?;
+                Some((y, sample))
+            };
+            inside(self).ok_or_else(|| outside_step(t))?
+        };
+        let part = |range: std::ops::Range<usize>| y.as_slice()[range].to_vec();
+        let counts = self.system.rod.grid.counts();
+        Ok(SavedState::new(METHOD, t, &sample.ledger)
+            .with("nodes", counts.iter().map(|n| *n as f64))
+            .with("strains", part(0..layout.field()))
+            .with("memory", part(layout.field()..layout.velocity()))
+            .with("velocity", part(layout.velocity()..layout.time()))
+            .with("integrals", part(layout.time() + 1..layout.place()))
+            .with("place", part(layout.place()..layout.wrench()))
+            .with("wrench", part(layout.wrench()..layout.len())))
+    }
+
+    /// Goes on from a saved state.
+    ///
+    /// # Errors
+    /// The state of another method or of another rod; strains outside the law's domain.
+    pub fn restore(&mut self, saved: &SavedState) -> Result<()> {
+        saved.check(METHOD)?;
+        let counts = saved.counts("nodes")?;
+        let breaks = self.system.rod.grid.breaks();
+        saved.sized("nodes", breaks.len() + 1)?;
+        let before = self.system.rod.grid.clone();
+        self.system.rod.grid = Arc::new(Grid::new(&breaks, &counts));
+        let placed = self.place_at(saved);
+        if placed.is_err() {
+            self.system.rod.grid = before;
+        }
+        placed
+    }
+
+    /// Continues from a saved state on the present grid.
+    fn place_at(&mut self, saved: &SavedState) -> Result<()> {
+        let layout = self.system.layout();
+        let mut numbers = Vec::with_capacity(layout.len());
+        let time = [
+            ("strains", layout.field()),
+            ("memory", layout.branches * layout.field()),
+            ("velocity", layout.end),
+        ];
+        for (name, size) in time {
+            numbers.extend_from_slice(saved.sized(name, size)?);
+        }
+        numbers.push(saved.t);
+        let integrals = layout.place() - layout.time() - 1;
+        for (name, size) in [
+            ("integrals", integrals),
+            ("place", layout.place),
+            ("wrench", layout.end),
+        ] {
+            numbers.extend_from_slice(saved.sized(name, size)?);
+        }
+        let mut y = DVector::from_vec(numbers);
+        let outside = || Error::domain("the strains of the state are outside the law's domain");
+        let (configuration, flow) = self.system.at(&y).ok_or_else(outside)?;
+        let sample = ViscousSample::new(&self.system, &y, configuration, flow);
+        y[layout.time() + 2] += saved.work_of_change(&sample.ledger)?;
+        self.integrator
+            .restart(&self.system, y, None)
+            .ok_or_else(outside)?;
+        self.current = self
+            .sample_of(self.integrator.state())
+            .ok_or_else(outside)?;
+        self.first = self.current.clone();
+        self.watch = LayerWatch::new(&self.current);
+        self.nodes.record_total(self.system.rod.grid.len());
+        (self.found, self.stopped) = (None, false);
+        Ok(())
     }
 
     /// Time now.
@@ -314,7 +404,7 @@ where
         }
         // A break ahead by no more than rounding counts as passed.
         let past = from + 1e-14 * self.options.duration;
-        let left = left.min(self.system.body.next_break(past) - from);
+        let left = left.min(self.system.next_break(past) - from);
         if self.integrator.step(&self.system, left).is_err() {
             let cause = Cause::StepCollapsed {
                 next: self.integrator.next_step(),
@@ -342,7 +432,7 @@ where
 
 impl<K, B, const M: usize, const D: usize> Iterator for ViscousRun<'_, K, B, M, D>
 where
-    K: Kinematics<M, D> + Clone,
+    K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
 {
     type Item = Event;
@@ -354,7 +444,7 @@ where
 
 impl<'a, K, B, const M: usize, const D: usize> Motion<'a> for ViscousRun<'a, K, B, M, D>
 where
-    K: Kinematics<M, D> + Clone,
+    K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
     ViscousSample<K, M, D>: State,
 {
@@ -372,6 +462,25 @@ where
 
     fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
         Some(StateRef::Made(Box::new(self.sample(t)?)))
+    }
+
+    fn save(&mut self, t: f64) -> Result<SavedState> {
+        self.save(t)
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<()> {
+        self.restore(saved)
+    }
+
+    fn renew(&mut self) -> Result<()> {
+        let y = self.integrator.state().clone();
+        self.integrator
+            .restart(&self.system, y, None)
+            .ok_or_else(|| Error::domain("the motion is not defined under the new loads"))?;
+        if let Some(current) = self.sample_of(self.integrator.state()) {
+            self.current = current;
+        }
+        Ok(())
     }
 
     fn duration(&self) -> f64 {
@@ -449,7 +558,7 @@ fn resolved<'a, K, B, const M: usize, const D: usize>(
     options: &Options,
 ) -> Result<ViscousSystem<'a, K, B, M, D>>
 where
-    K: Kinematics<M, D> + Clone,
+    K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
 {
     let breaks = material.breaks();

@@ -1,10 +1,11 @@
 //! State of a viscoelastic run at one moment.
 
 use crate::Ledger;
-use nalgebra::{DVector, Vector3, Vector6};
+use nalgebra::{DVector, Vector6};
 use snaprod_systems::body::EndBody;
 use snaprod_systems::viscoelastic::grid::Grid;
 use snaprod_systems::viscoelastic::kinematics::{AtEnd, Kinematics, Local};
+use snaprod_systems::viscoelastic::loads_at_nodes::LoadsAtNodes;
 use snaprod_systems::viscoelastic::reduced::{Configuration, Flow};
 use snaprod_systems::viscoelastic::system::ViscousSystem;
 use std::sync::Arc;
@@ -30,8 +31,8 @@ pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
     pub friction: f64,
     /// Energy dissipated per length and time, at the nodes.
     pub dissipation: Vec<f64>,
-    /// Dead load per length at the nodes, in the frame of the clamp; `None` without a load.
-    pub load: Option<Vec<Vector3<f64>>>,
+    /// Loads per length at the nodes; `None` without a load.
+    pub loads: Option<LoadsAtNodes>,
 }
 
 impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D> {
@@ -58,7 +59,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
             },
             friction: y[time + 1],
             dissipation: system.rod.dissipation(&configuration, &flow),
-            load: system.rod.material.load_at(system.rod.grid.nodes()),
+            loads: system.rod.material.loads_at(system.rod.grid.nodes()),
             configuration,
             flow,
             pose,
@@ -69,7 +70,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
     /// Resultants (couple, force) along the directors at the nodes.
     pub fn resultants(&self, kinematics: &K) -> Vec<Vector6<f64>> {
         let shape = &self.configuration.shape;
-        kinematics.resultants(&self.grid, shape, &self.flow.wrench, self.load.as_deref())
+        kinematics.resultants(&self.grid, shape, &self.flow.wrench, self.loads.as_ref())
     }
 
     /// The strains at arc lengths in [0, 1], in growing order.

@@ -1,10 +1,9 @@
 //! Small motions of a body on a viscoelastic rod about an equilibrium.
 
-use super::motions::{FreeStrains, InSpace, dispatch};
+use super::motions::{AlongRod, FreeStrains, InSpace, dispatch};
 use nalgebra::Isometry3;
 use snaprod_systems::body::{EndBody, Mass, PointMass};
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::rod::DistributedLoad;
 use snaprod_systems::section::Strain;
 use snaprod_systems::section::rate::Viscoelastic;
 use snaprod_systems::solve::system::System;
@@ -53,11 +52,11 @@ pub fn small_in_plane(
 pub fn small_in_space(
     section: Viscoelastic,
     moving: FreeStrains,
-    load: Option<&DistributedLoad>,
+    along: AlongRod,
     carried: &Mass,
     strains: &dyn Fn(&[f64]) -> Result<Vec<Strain>>,
 ) -> Result<SmallCreep> {
-    dispatch(section, load, moving, carried, Small { strains })
+    dispatch(section, along, moving, carried, Small { strains })
 }
 
 struct Small<'s> {
@@ -91,7 +90,7 @@ fn refined<K, B, const M: usize, const D: usize>(
     strains: &dyn Fn(&[f64]) -> Result<Vec<Local<M>>>,
 ) -> Result<SmallCreep>
 where
-    K: Kinematics<M, D> + Clone,
+    K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
 {
     let breaks = material.breaks();

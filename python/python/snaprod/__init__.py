@@ -13,7 +13,8 @@ array([3, 3])
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence
+import logging
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +37,7 @@ from ._results import (
     SweepResult,
 )
 from ._scene import Progress, SceneLike, Told, given, numbers, whole
+from ._simulation import Simulation, State
 from ._sweep import sweep
 from ._table import Table
 
@@ -53,6 +55,8 @@ __all__ = [
     "Result",
     "Run",
     "SceneError",
+    "Simulation",
+    "State",
     "SweepResult",
     "Table",
     "__version__",
@@ -68,6 +72,8 @@ __all__ = [
     "run",
     "sweep",
 ]
+
+_log = logging.getLogger("snaprod")
 
 
 def __dir__() -> list[str]:
@@ -106,7 +112,16 @@ def check(scene: SceneLike, **set: Any) -> dict[str, Any]:
     return dict(found["scene"])
 
 
-def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **set: Any) -> Run:
+def run(
+    scene: SceneLike,
+    *,
+    strain: str = "some",
+    progress: Progress = None,
+    state: State | None = None,
+    on_sample: Callable[[dict[str, Any]], object] | None = None,
+    on_event: Callable[[dict[str, Any]], object] | None = None,
+    **set: Any,
+) -> Run:
     """Runs a scene of motion to its end.
 
     Parameters
@@ -117,6 +132,13 @@ def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **
         Samples at which the strains along a rod with friction are kept; "some" is about 400.
     progress : bool or callable, optional
         True shows a bar of tqdm. A function is called with the fraction done and the time reached.
+    state : State, optional
+        The state from which the run goes on, ``run.state`` of another run of the scene, or ``state`` of a simulation.
+        Loads may have changed since. The scene says when to end: ``run__duration``.
+    on_sample : callable, optional
+        Called with every sample, a dict by the names of the columns.
+    on_event : callable, optional
+        Called with every event, a dict as in ``run.events``, bounces included. A bar calls neither function.
     **set
         Fields to be set in the scene.
 
@@ -130,8 +152,9 @@ def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **
     ------
     SceneError
         Faults of the scene, or a start that is no equilibrium.
-    KeyboardInterrupt
-        After Ctrl-C; what was computed is lost.
+    Exception
+        Any exception of a function, and KeyboardInterrupt after Ctrl-C. The attribute ``run`` of the exception is the
+        run so far.
 
     Examples
     --------
@@ -145,7 +168,17 @@ def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **
         raise ValueError(f'strain = {strain!r}: must be "none", "some" or "all"')
     source = given(scene, set)
     with Told(progress, "snaprod run") as told:
-        return Run(_core.run(source, strain, told.call), source)
+        text = None if state is None else state.to_json()
+        raw = _core.run(source, strain, told.call, text, (on_sample, on_event))
+    found = Run(raw, source, state)
+    if raw["raised"] is not None:
+        raw["raised"].run = found
+        raise raw["raised"]
+    _log.info("run: %s at t = %g, %d events", found.outcome, found["t"][-1], len(found.events))
+    for note in (found.reason, found.warning):
+        if note:
+            _log.info("run: %s", note)
+    return found
 
 
 def equilibrium(scene: SceneLike, **set: Any) -> Equilibrium:

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._errors import ComputationError, SceneError
 from ._scene import numbers, same, whole
+from ._simulation import State
 from ._table import Table, plural
 
 if TYPE_CHECKING:
@@ -158,11 +160,53 @@ class Run(Result):
     warning: str | None
     """A warning about an unstable start, or about unresolved strains."""
 
-    def __init__(self, raw: Mapping[str, Any], given: Any) -> None:
+    def __init__(self, raw: Mapping[str, Any], given: Any, begun: State | None = None) -> None:
         super().__init__([Table._of(one) for one in raw["tables"]], raw["summary"])
         self.events, self.reason, self.warning = raw["events"], raw["reason"], raw["warning"]
         self.outcome = self.summary["outcome"]
-        self._given = given
+        self._given, self._begun = given, begun
+        self._state, self._unsaved = raw["state"], raw["unsaved"]
+
+    @property
+    def state(self) -> State:
+        """The last state, from which ``snaprod.run(scene, state=...)`` or a simulation goes on.
+
+        Raises
+        ------
+        ComputationError
+            A state that cannot be saved, such as one among obstacles: the message says why.
+        """
+        if self._state is None:
+            raise ComputationError(self._unsaved)
+        return State(self._state)
+
+    def _followed(self) -> Any:
+        """Returns the scene, if the motion can be followed once more from its start."""
+        if self._begun is not None:
+            raise SceneError(["the run went on from a saved state; follow it by a simulation: snaprod.Simulation(scene), reset(state)"])
+        return self._given
+
+    def at(self, t: ArrayLike) -> Table:
+        """Returns all columns of the trajectory at the times ``t``.
+
+        Times are exact. The motion is followed once more, as far as the last of the times, with the steps of the run;
+        states inside of steps come from the polynomials of the steps. Ask for all times at once. ``t`` may be in any
+        order; an array of several dimensions is taken row by row.
+
+        Raises
+        ------
+        SceneError
+            A time before the start, or after the end of the run; a bar.
+
+        Examples
+        --------
+        >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
+        >>> start = {"lambda": 6.3, "kappa": 0.6, "velocity": [0.0, -0.5]}
+        >>> run = snaprod.run({"rod": rod, "body": {"mass": 1.0}, "start": start, "run": {"duration": 1.0}})
+        >>> run.at([0.02, 0.03])["index"].tolist()
+        [0, 0]
+        """
+        return Table._of(_core.samples(self._followed(), np.atleast_1d(numbers(t)).ravel()))
 
     def shape(self, t: ArrayLike, n: int = 101) -> Array | dict[str, Array]:
         """Returns the rod at the times ``t``: positions of ``n`` sections, at least 2.
@@ -178,7 +222,7 @@ class Run(Result):
         """
         n = whole("n", n, 2)
         times = np.atleast_1d(numbers(t))
-        names, counts, places = _core.shapes(self._given, times.ravel(), n)
+        names, counts, places = _core.shapes(self._followed(), times.ravel(), n)
         most = [max(of) for of in zip(*counts)] or [n] * len(names)
         rods = {name: np.full((times.size, many, 3), np.nan) for name, many in zip(names, most)}
         points, at = places.reshape(-1, 3), 0

@@ -5,6 +5,7 @@ mod heavy_assembly;
 use super::clamp::moving_support;
 use super::equilibrium_tolerance;
 use super::first_order_mass::first_order_rod;
+use super::in_space::turning_in_units;
 use super::loads::{acting_on, point_mass};
 use super::obstacles::{HittingBody, Obstacles};
 use super::rod::rotation;
@@ -134,6 +135,7 @@ impl AssemblySetup {
                 None => rod.rod.unclamped()?,
             };
             let own = own.measured(scales.measures());
+            let own = own.with_mass_along(rod.rod.mass_along());
             let in_time = rod.rod.law_in_time(scales.measures()).map_err(named)?;
             // At rest the base of a rod between two ball joints is welded to a node that turns freely. The rod then
             // bears loads along it, and stands between places on the ground.
@@ -728,20 +730,11 @@ fn turning_loads(
     scales: &Scales,
 ) -> Result<Option<LoadsWithoutPotential>> {
     let any = rod.rod.has_turning_loads() || scene.varies(Parameter::is_listed_couple);
-    if !any || scene.run.is_some() {
+    if !any || scene.run.is_some() && rod.rod.is_heavy() {
         return Ok(None);
     }
     let given = rod.rod.turning_loads()?;
-    let inward = |load: &DistributedLoad, of: Quantity| {
-        let unit = scales.inward(of, 1.0);
-        load.mapped(|x| x * unit)
-    };
-    Ok(Some(LoadsWithoutPotential {
-        follower_force: inward(&given.follower_force, Quantity::Distributed),
-        // A couple per length has the unit of a force.
-        couple: inward(&given.couple, Quantity::Force),
-        follower_couple: inward(&given.follower_couple, Quantity::Force),
-    }))
+    Ok(Some(turning_in_units(&given, scales, |couple| couple)))
 }
 
 /// Loads on the rod as seen from the other end, where the directors are turned by pi about d1.

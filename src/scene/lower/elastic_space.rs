@@ -16,15 +16,16 @@ use crate::motion::{Motion, Options};
 use crate::rod::{Rod, Wrench};
 use crate::scene::{InitialShape, Scene, StrainName};
 use crate::section::LawInTime;
-use nalgebra::{Isometry3, Vector3, Vector6};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 
 /// Tolerance of the pose of the end at the start.
 const POSE: f64 = 1e-13;
 /// Tolerance of the equilibrium in a groove at the start.
 const SETTLING_TOLERANCE: f64 = 1e-11;
 
-/// An elastic rod in space: an assembly of one rod and one body. The frame is that of the clamp. The frame is the world
-/// among obstacles, and if the clamp turns and the rod bears a load along it, which would rotate in the clamp's frame.
+/// An elastic rod in space: an assembly of one rod and one body. The frame is that of the clamp. The frame is the
+/// world among obstacles, and on a moving clamp under loads along the rod: dead ones would rotate in the frame of a
+/// clamp that turns, and the power of others counts the velocity of the clamp.
 #[derive(Debug, Clone)]
 pub struct ElasticSpace {
     /// Body, clamp and start.
@@ -73,7 +74,7 @@ impl ElasticSpace {
                 (problem.rod().inward(base), end)
             }
             // An elastic rod without an equilibrium starts unloaded. In a groove the unloaded rod is the initial guess.
-            SpaceField::Polynomial { .. } if settled || common.load().is_none() => {
+            SpaceField::Polynomial { .. } if settled || !common.bears_load() => {
                 (Vector6::zeros(), Isometry3::identity())
             }
             SpaceField::Polynomial { .. } => {
@@ -84,8 +85,10 @@ impl ElasticSpace {
             }
         };
         let obstacles = !scene.obstacles.is_empty();
-        let turning = common.support().filter(|support| support.turns());
-        let in_world = if obstacles || turning.is_some() && common.load().is_some() {
+        let moved = common.support().is_some_and(|support| {
+            common.along().turning.is_some() || support.turns() && common.bears_load()
+        });
+        let in_world = if obstacles || moved {
             let clamp = match common.support() {
                 Some(support) => WorldClamp::Moving(support.clone()),
                 None => WorldClamp::Standing(common.clamp(0.0).pose()),
@@ -110,7 +113,7 @@ impl ElasticSpace {
             in_world,
             obstacles,
             light: first_order_rod(&scene.rod, &scene.scales()?)?,
-            rod: common.rod.measured(measures),
+            rod: (common.rod.measured(measures)).with_mass_along(scene.rod.mass_along()),
             chart,
             end,
             diameter: common
@@ -121,7 +124,10 @@ impl ElasticSpace {
         };
         if model.settled {
             let (assembly, now) = model.assembly()?;
-            model.common.start_index = Some(assembly.index(0.0, &now, SETTLING_TOLERANCE)?);
+            if !assembly.has_turning() {
+                let index = assembly.index(0.0, &now, SETTLING_TOLERANCE)?;
+                model.common.start_index = Some(index);
+            }
         }
         Ok(model)
     }
@@ -140,7 +146,7 @@ impl ElasticSpace {
         let rod = &self.common.rod;
         equilibrium_field(
             rod,
-            self.common.load_outward(),
+            self.common.along(),
             rod.outward_wrench(&start.charts[0]),
         )
     }
@@ -180,6 +186,13 @@ impl ElasticSpace {
         let mut link = Link::new(self.rod.clone(), from, to, joint).with_diameter(self.diameter);
         if let Some(load) = load {
             link = link.with_distributed(load)?;
+        }
+        let back = match &self.in_world {
+            None => self.common.clamp(0.0).pose().rotation.inverse(),
+            Some(_) => UnitQuaternion::identity(),
+        };
+        if let Some(loads) = self.common.turning(|couple| back * couple) {
+            link = link.with_turning(&loads)?;
         }
         if let Some(law) = &self.in_time {
             link = link.with_law_in_time(law.clone());
@@ -233,7 +246,7 @@ impl MotionModel for ElasticSpace {
     }
 
     fn is_driven(&self) -> bool {
-        self.common.is_driven()
+        self.common.is_driven() || self.in_time.is_some()
     }
 
     fn strains(&self) -> Vec<(&'static str, usize)> {

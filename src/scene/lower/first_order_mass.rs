@@ -71,8 +71,7 @@ pub(super) fn first_order_rod(rod: &Rod, scales: &Scales) -> Result<Option<Light
 }
 
 impl Rod {
-    /// The rod with its mass and friction, where `rod` is its form in the library; `None` if the mass is unknown, or
-    /// varies along the rod.
+    /// The rod with its mass and friction, where `rod` is its form in the library; `None` if the mass is unknown.
     ///
     /// # Errors
     /// As [`Rod::viscoelastic`].
@@ -84,14 +83,15 @@ impl Rod {
         let Some(mass) = self.mass_over_unit(scales) else {
             return Ok(None);
         };
-        if self.mass_along().is_some() {
-            return Ok(None);
-        }
         let friction = match &self.damping {
             None => None,
             Some(_) => Some(self.viscoelastic()?.law_in_units(scales.measures()).rate),
         };
-        Massive::new(rod, friction, sections(self, mass, scales)?).map(Some)
+        let sections = sections(self, mass, scales)?;
+        // Rods of motions and of assemblies have their variation, seen from their own base.
+        let along = rod.mass_along().cloned().or_else(|| self.mass_along());
+        let rod = rod.clone().with_mass_along(along);
+        Massive::new(&rod, friction, sections).map(Some)
     }
 }
 
@@ -119,6 +119,7 @@ impl Scene {
         };
         let scales = Scales::new(self.rod.length, problem.rod().reference_stiffness(), mass);
         let rod = problem.rod().measured(scales.measures());
+        let rod = rod.with_mass_along(self.rod.mass_along());
         let Some(massive) = self.rod.massive(&rod, &scales)? else {
             return Ok(None);
         };

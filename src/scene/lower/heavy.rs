@@ -2,7 +2,7 @@
 
 use super::clamp::{self, start_context};
 use super::grooved;
-use super::in_space::{FREE_END, SpaceField, SpaceStart};
+use super::in_space::{FREE_END, SpaceField, SpaceStart, turning_in_units};
 use super::loads::point_mass;
 use super::planar::start;
 use super::viscous::CurvatureField;
@@ -256,15 +256,11 @@ pub(super) fn turning_on(
     if !rod.has_turning_loads() {
         return Ok(None);
     }
-    let given = rod.turning_loads()?;
-    let force = scales.inward(Quantity::Distributed, 1.0);
-    // A couple per length has the unit of a force.
-    let couple = scales.inward(Quantity::Force, 1.0);
-    Ok(Some(LoadsWithoutPotential {
-        follower_force: given.follower_force.mapped(|f| f * force),
-        couple: given.couple.mapped(|c| inward(c * couple)),
-        follower_couple: given.follower_couple.mapped(|c| c * couple),
-    }))
+    Ok(Some(turning_in_units(
+        &rod.turning_loads()?,
+        scales,
+        inward,
+    )))
 }
 
 fn bent(curvature: f64) -> Strain {

@@ -10,7 +10,7 @@ use crate::error::{Error, Quantity, Result};
 use crate::full_mass::elements;
 use crate::math::se3::{halves, join};
 use crate::motion::viscoelastic::MOST_NODES;
-use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
+use crate::rod::{DistributedLoad, EndConditions, LoadsWithoutPotential, Problem, Rod, Wrench};
 use crate::scene::{
     Dimensionless, EndLoad, EndPose, Force, InitialShape, Joint, RelaxedAt, Scales, Scene,
     StrainField, StrainName,
@@ -43,8 +43,36 @@ pub struct SpaceStart {
     pub(super) words: String,
     /// The rod on its clamp in the pose at t = 0, in the scene's units.
     pub(super) rod: Rod,
-    /// Dead load along a rod without full inertia, in the world and the scene's units.
-    load: Option<DistributedLoad>,
+    /// Loads along a rod without full inertia.
+    along: LoadsOnRod,
+}
+
+/// Loads along a rod, in the world and the scene's units.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LoadsOnRod {
+    /// Dead forces.
+    pub dead: Option<DistributedLoad>,
+    /// Loads without a potential.
+    pub turning: Option<LoadsWithoutPotential>,
+}
+
+impl LoadsOnRod {
+    fn is_none(&self) -> bool {
+        self.dead.is_none() && self.turning.is_none()
+    }
+
+    /// Boundary-value problem of a rod under these loads.
+    fn problem(&self, rod: &Rod, end: EndConditions, tolerance: f64) -> Result<Problem> {
+        let problem = Problem::new(rod.clone(), end, tolerance)?;
+        let problem = match &self.dead {
+            None => problem,
+            Some(load) => problem.with_distributed(load),
+        };
+        Ok(match &self.turning {
+            None => problem,
+            Some(loads) => problem.with_followers(loads),
+        })
+    }
 }
 
 impl SpaceStart {
@@ -84,6 +112,7 @@ impl SpaceStart {
             );
         }
         let load = scene.light_load()?;
+        let turning = scene.light_turning_loads()?;
         let field = |given: &StrainField| SpaceField::Polynomial {
             given: given.clone(),
             rod: Box::new(rod.clone()),
@@ -92,10 +121,14 @@ impl SpaceStart {
         let settled =
             matches!(scene.start.place, InitialShape::Settled { .. }) && scene.groove().is_none();
         let at_start = scene.load_at_start()?;
-        let under = |load: Option<&DistributedLoad>| -> Result<_> {
+        let under = |dead: Option<&DistributedLoad>| -> Result<_> {
+            let along = &LoadsOnRod {
+                dead: dead.cloned(),
+                turning: turning.clone(),
+            };
             let tolerance = equilibrium_tolerance(scene).max(SHAPE_TOLERANCE);
             if settled {
-                let followed = under_followers(&rod, load, &base, &plain, &scales, tolerance)?;
+                let followed = under_followers(&rod, along, &base, &plain, &scales, tolerance)?;
                 if let Some(followed) = followed {
                     return Ok(Some((followed, None)));
                 }
@@ -103,7 +136,7 @@ impl SpaceStart {
             match end(scene)? {
                 Some(end) => {
                     let guess = scene.guess();
-                    equilibrium(&rod, load, end, guess.as_ref(), tolerance).map(Some)
+                    equilibrium(&rod, along, end, guess.as_ref(), tolerance).map(Some)
                 }
                 None => Ok(None),
             }
@@ -154,7 +187,10 @@ impl SpaceStart {
             clamp,
             words,
             rod,
-            load,
+            along: LoadsOnRod {
+                dead: load,
+                turning,
+            },
         };
         if let Some(groove) = plain.body.as_ref().and_then(|body| body.groove.as_ref()) {
             found.groove = Some(groove.curve()?.seen_from(&found.clamp(0.0).pose()));
@@ -171,12 +207,27 @@ impl SpaceStart {
     /// Dead load along the rod in the world and units of the rod.
     pub(super) fn load_in_world(&self) -> Option<DistributedLoad> {
         let unit = self.scales.inward(Quantity::Distributed, 1.0);
-        Some(self.load.as_ref()?.mapped(|f| f * unit))
+        Some(self.along.dead.as_ref()?.mapped(|f| f * unit))
     }
 
-    /// Dead load along the rod in the world and the scene's units.
-    pub(super) fn load_outward(&self) -> Option<&DistributedLoad> {
-        self.load.as_ref()
+    /// Loads along the rod without a potential, in units of the rod; `inward` maps couples of the world to the frame of
+    /// the run.
+    pub(super) fn turning(
+        &self,
+        inward: impl Fn(Vector3<f64>) -> Vector3<f64>,
+    ) -> Option<LoadsWithoutPotential> {
+        let turning = self.along.turning.as_ref()?;
+        Some(turning_in_units(turning, &self.scales, inward))
+    }
+
+    /// Loads along the rod.
+    pub(super) fn along(&self) -> &LoadsOnRod {
+        &self.along
+    }
+
+    /// True if any load acts along the rod.
+    pub(super) fn bears_load(&self) -> bool {
+        !self.along.is_none()
     }
 
     /// The clamp as a moving support; `None` if at rest.
@@ -195,9 +246,9 @@ impl SpaceStart {
         }
     }
 
-    /// True if time-dependent forces do work on the body.
+    /// True if forces without a potential do work on the body or on the rod.
     pub(super) fn is_driven(&self) -> bool {
-        self.carried.is_driven()
+        self.carried.is_driven() || self.along.turning.is_some()
     }
 }
 
@@ -257,6 +308,10 @@ impl SpaceField {
 
     /// Position of the end, in the clamp's frame and units of the rod.
     fn end(&self, mut breaks: Vec<f64>, scales: &Scales) -> Result<Vector3<f64>> {
+        if let Self::Equilibrium { problem, end, .. } = self {
+            let clamp = problem.rod().clamp_pose();
+            return Ok(clamp.inv_mul(end).translation.vector / problem.rod().length());
+        }
         breaks.retain(|s| 0.0 < *s && *s < 1.0);
         let mut nodes = 2 * FEWEST;
         loop {
@@ -380,49 +435,61 @@ fn at_rest(scene: &Scene) -> Result<EndConditions> {
     Ok(EndConditions::weight(force, arm, couple))
 }
 
-/// The equilibrium under the loads at t = 0 if some are follower loads, solved as an assembly of one rod.
+/// The equilibrium under the loads at t = 0 if some of them turn with the rod or the body, solved as an assembly of one
+/// rod.
 fn under_followers(
     rod: &Rod,
-    load: Option<&DistributedLoad>,
+    along: &LoadsOnRod,
     base: &Isometry3<f64>,
     plain: &Dimensionless,
     scales: &Scales,
     tolerance: f64,
 ) -> Result<Option<SpaceField>> {
-    let Mass::Rigid(body) = in_world(plain)? else {
-        return Ok(None);
-    };
-    if !body.is_followed(0.0) {
+    let body = in_world(plain)?;
+    if !body.is_followed(0.0) && along.turning.is_none() {
         return Ok(None);
     }
-    let link = Link::new(
+    let mut link = Link::new(
         rod.measured(scales.measures()),
         Attachment::ground(*base),
         Attachment::body(0, Isometry3::identity()),
-        assembly::Joint::Weld,
+        joint_of(&body),
     );
-    let link = match load {
-        None => link,
-        Some(load) => {
-            let unit = scales.inward(Quantity::Distributed, 1.0);
-            link.with_distributed(load.mapped(|f| f * unit))?
-        }
-    };
-    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link])?;
+    if let Some(load) = &along.dead {
+        let unit = scales.inward(Quantity::Distributed, 1.0);
+        link = link.with_distributed(load.mapped(|f| f * unit))?;
+    }
+    if let Some(turning) = &along.turning {
+        link = link.with_turning(&turning_in_units(turning, scales, |couple| couple))?;
+    }
+    let assembly = Assembly::new(vec![Body::new(body)], vec![link])?;
     let found = elements::equilibrium(&assembly, tolerance).map_err(|e| e.context("[start]"))?;
-    equilibrium_field(rod, load, rod.outward_wrench(&found.now.charts[0])).map(Some)
+    equilibrium_field(rod, along, rod.outward_wrench(&found.now.charts[0])).map(Some)
+}
+
+/// Loads without a potential, given in the scene's units, in those of `scales`; `inward` maps couples of the world to
+/// the frame of the run.
+pub(super) fn turning_in_units(
+    given: &LoadsWithoutPotential,
+    scales: &Scales,
+    inward: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> LoadsWithoutPotential {
+    let force = scales.inward(Quantity::Distributed, 1.0);
+    // A couple per length has the unit of a force.
+    let couple = scales.inward(Quantity::Force, 1.0);
+    LoadsWithoutPotential {
+        follower_force: given.follower_force.mapped(|f| f * force),
+        couple: given.couple.mapped(|c| inward(c * couple)),
+        follower_couple: given.follower_couple.mapped(|c| c * couple),
+    }
 }
 
 /// Strain field of the rod under the base wrench `base`, for any support of the end.
-pub(super) fn equilibrium_field(
-    rod: &Rod,
-    load: Option<&DistributedLoad>,
-    base: Wrench,
-) -> Result<SpaceField> {
+pub(super) fn equilibrium_field(rod: &Rod, along: &LoadsOnRod, base: Wrench) -> Result<SpaceField> {
     // Only shapes under the base wrench are evaluated. A free end also allows a straight rod, which cannot be held at
     // full reach.
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
-    let problem = loaded_problem(rod, load, free, SHAPE_TOLERANCE)?;
+    let problem = along.problem(rod, free, SHAPE_TOLERANCE)?;
     let sections = problem.sections(&base, &[1.0])?;
     let end = sections
         .first()
@@ -435,35 +502,22 @@ pub(super) fn equilibrium_field(
     })
 }
 
-/// Boundary-value problem of a rod, with an optional load along it.
-fn loaded_problem(
-    rod: &Rod,
-    load: Option<&DistributedLoad>,
-    end: EndConditions,
-    tolerance: f64,
-) -> Result<Problem> {
-    let problem = Problem::new(rod.clone(), end, tolerance)?;
-    Ok(match load {
-        None => problem,
-        Some(load) => problem.with_distributed(load),
-    })
-}
-
 fn equilibrium(
     rod: &Rod,
-    load: Option<&DistributedLoad>,
+    along: &LoadsOnRod,
     end: EndConditions,
     guess: Option<&Wrench>,
     tolerance: f64,
 ) -> Result<(SpaceField, Option<usize>)> {
     let doing = |e: Error| e.context("[start]");
-    let found = loaded_problem(rod, load, end, tolerance)
+    let found = along
+        .problem(rod, end, tolerance)
         .and_then(|problem| problem.solve(guess))
         .map_err(doing)?;
     let field = SpaceField::Equilibrium {
         base: found.base,
         end: found.end.pose(),
-        problem: Box::new(loaded_problem(rod, load, end, SHAPE_TOLERANCE)?),
+        problem: Box::new(along.problem(rod, end, SHAPE_TOLERANCE)?),
     };
-    Ok((field, Some(found.index)))
+    Ok((field, Some(found.index).filter(|_| along.turning.is_none())))
 }

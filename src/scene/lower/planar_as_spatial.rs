@@ -10,7 +10,8 @@ use super::rod::rotation;
 use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::EITHER_SIDE;
 use crate::scene::{
-    Diagonal, EndPose, Inertia, InitialShape, Model, Orientation, Scene, Section, Stiffness,
+    Diagonal, EndPose, Inertia, InitialShape, Model, Orientation, RodLoad, Scene, Section,
+    Stiffness,
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
@@ -32,7 +33,7 @@ impl Scene {
     /// As [`Scene::planar_in_space`].
     pub(in crate::scene) fn bearing_in_plane(&self) -> Result<Option<Self>> {
         let elastic = self.is_planar() && self.rod.damping.is_none();
-        if elastic && self.light_load()?.is_some() {
+        if elastic && (self.light_load()?.is_some() || self.light_turning_loads()?.is_some()) {
             self.planar_in_space().map(Some)
         } else {
             Ok(None)
@@ -87,6 +88,10 @@ impl Scene {
             let force = Vector2::new(force.x, force.y);
             frame.map_or(force, |frame| frame.inward(&force)).y
         };
+        let turned = |load: &RodLoad| load.follows && load.force[1] != 0.0;
+        if self.rod.loads.iter().any(turned) {
+            return Ok(());
+        }
         let on_end = planar::body(&self.dimensionless()?)?.load(0.0).y;
         let along = lifted.light_load()?.is_none_or(|load| {
             let across = load.mapped(|force| Vector3::new(across(force), 0.0, 0.0));
@@ -112,6 +117,11 @@ impl Scene {
         let stiffness = self.rod.bending_stiffness()?;
         let rod = &mut lifted.rod;
         rod.mass = self.rod.mass();
+        for load in rod.loads.iter_mut().filter(|load| load.follows) {
+            // Given along the tangent, d3, and the normal, -d2.
+            let [tangent, normal, _] = load.force;
+            load.force = [0.0, -normal, tangent];
+        }
         (rod.model, rod.material) = (Model::Cosserat, None);
         rod.section = Section::Diagonal(Diagonal {
             bending: [

@@ -2,13 +2,17 @@
 
 use super::equilibrium_tolerance;
 use crate::error::{Error, Result};
-use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
+use crate::rod::{DistributedLoad, EndConditions, LoadsWithoutPotential, Problem, Rod, Wrench};
 use crate::scene::{
     Barrier, BarrierTerm, Component, Drive, Full, InitialShape, Loads, Orientation, Outline,
     Parameter, Pull, Rod as SceneRod, RodLoad, Scene, Section, StrainName, Tendon,
 };
 use crate::section::{self, Along, Driven, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+
+/// Reason why a rod with friction has no load along it that is dead in the world on a clamp that turns.
+const TURNS_WITH_FRICTION: &str = "a rod with friction (damping) under its weight, or another load along it, on a clamp that turns is followed with all of its mass \
+                                   alone: write inertia = \"full\" in [rod]; or leave out its friction, or its mass (a material by E and nu, without a density)";
 
 impl Scene {
     /// The boundary-value problem of the scene, in the scene's units.
@@ -131,18 +135,30 @@ impl Scene {
             return Ok(None);
         }
         let load = (self.loads.distributed).with_weight(&self.rod, self.loads.gravity)?;
-        let turns = self
-            .clamp
-            .motion
-            .as_ref()
-            .is_some_and(|motion| motion.turn.is_some());
-        match load {
-            Some(_) if turns && self.rod.damping.is_some() => Err(Error::domain(
-                "a rod with friction (damping) under its weight, or another load along it, on a clamp that turns is followed with all of its mass alone: \
-                 write inertia = \"full\" in [rod]; or leave out its friction, or its mass (a material by E and nu, without a density)",
-            )),
-            load => Ok(load),
+        if load.is_some() && self.turns_with_friction() {
+            return Err(Error::domain(TURNS_WITH_FRICTION));
         }
+        Ok(load)
+    }
+
+    /// True for a rod with friction on a clamp that turns.
+    fn turns_with_friction(&self) -> bool {
+        let motion = self.clamp.motion.as_ref();
+        self.rod.damping.is_some() && motion.is_some_and(|motion| motion.turn.is_some())
+    }
+
+    /// Loads along a rod in motion that have no potential, in the world and the scene's units. `None` without such
+    /// loads, and for a rod with its full mass.
+    ///
+    /// # Errors
+    /// Couples on a rod with friction on a clamp that turns; a place outside of the rod.
+    pub(in crate::scene) fn light_turning_loads(&self) -> Result<Option<LoadsWithoutPotential>> {
+        let any = !self.rod.is_heavy() && self.rod.has_turning_loads();
+        let dead_couple = |load: &RodLoad| !load.follows && load.couple != [0.0; 3];
+        if any && self.turns_with_friction() && self.rod.loads.iter().any(dead_couple) {
+            return Err(Error::domain(TURNS_WITH_FRICTION));
+        }
+        any.then(|| self.rod.turning_loads()).transpose()
     }
 
     /// Dead load along a rod in the equilibrium at the start of a motion, in the world and the scene's units. It equals

@@ -5,11 +5,11 @@ use super::{ModelKind, MotionModel};
 use crate::body::Frame;
 use crate::error::Result;
 use crate::motion::reduction::{ReducedStart, Reduction, Refusal};
-use crate::motion::viscoelastic::{FreeStrains, ViscousStart, in_space};
+use crate::motion::viscoelastic::{AlongRod, FreeStrains, ViscousStart, in_space};
 use crate::motion::{Motion, Options};
 use crate::scene::Scene;
-use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
+use crate::section::{LawInTime, Strain};
 
 /// A viscoelastic rod in space. The body is described in the frame of the clamp.
 #[derive(Debug, Clone)]
@@ -22,6 +22,8 @@ pub struct ViscousSpace {
     pub strains: FreeStrains,
     /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
     pub relaxed: Option<SpaceField>,
+    /// Elastic law that varies in time.
+    in_time: Option<LawInTime>,
 }
 
 impl Scene {
@@ -50,6 +52,7 @@ impl ViscousSpace {
             strains: FreeStrains::of(section.elastic.rigid())?,
             section,
             relaxed: common.relaxed(scene),
+            in_time: scene.rod.law_in_time(scene.scales()?.measures())?,
             common,
         })
     }
@@ -74,9 +77,14 @@ impl MotionModel for ViscousSpace {
             velocity: self.common.velocity,
         };
         let section = self.section.law_in_units(measures);
-        let load = self.common.load();
+        let back = self.common.clamp(0.0).pose().rotation.inverse();
+        let along = AlongRod {
+            dead: self.common.load(),
+            turning: self.common.turning(|couple| back * couple),
+            law_in_time: self.in_time.clone(),
+        };
         let body = &self.common.carried;
-        in_space(section, self.strains, load.as_ref(), body, &start, options)
+        in_space(section, self.strains, along, body, &start, options)
             .map_err(|e| e.context(self.common.words.as_str()))
     }
 
@@ -85,7 +93,7 @@ impl MotionModel for ViscousSpace {
     }
 
     fn is_driven(&self) -> bool {
-        self.common.is_driven()
+        self.common.is_driven() || self.in_time.is_some()
     }
 
     fn strains(&self) -> Vec<(&'static str, usize)> {
@@ -98,8 +106,8 @@ impl MotionModel for ViscousSpace {
     }
 
     fn reduction(&self) -> Result<Option<std::result::Result<Reduction, Refusal>>> {
-        if self.common.load().is_some() {
-            // A load along the rod prevents uniform strains.
+        if self.common.bears_load() || self.in_time.is_some() {
+            // A load along the rod prevents uniform strains; equivalent springs do not vary in time.
             return Ok(None);
         }
         let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {

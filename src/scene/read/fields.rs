@@ -339,7 +339,7 @@ pub(super) static DRIVE: Spec = spec("rod.drive", &[
     field("twist", IN_SPACE, BENT, "rad/m", Or("0.0"), "Twist at amplitude 1."),
     field("stretch", IN_SPACE, BENT, "", Or("0.0"), "Stretch at amplitude 1, added to that of the unloaded rod, 1."),
     field("amplitude", STATICS, Number(&VALUE), "", Or("1.0"), "Their common factor, for branches."),
-    field("amplitude", SPACE | ASSEMBLY, OneOf(&[Number(&VALUE), Table(&HISTORY)]), "", Or("1.0"), "Their common factor: constant or, in a motion of elastic rods, in time."),
+    field("amplitude", SPACE | ASSEMBLY, OneOf(&[Number(&VALUE), Table(&HISTORY)]), "", Or("1.0"), "Their common factor: constant or, in a motion, in time."),
 ]);
 #[rustfmt::skip]
 pub(super) static TENDON: Spec = spec("rod.tendon", &[
@@ -347,7 +347,7 @@ pub(super) static TENDON: Spec = spec("rod.tendon", &[
         "Where the tendon runs, from the centreline along d1 and d2: two numbers, parallel to the centreline; or a table. It may lie outside of the section."),
     field("to", IN_SPACE, Number(&SIZE), "m", No, "Arclength of its anchor; without it the end of the rod."),
     field("tension", STATICS, Number(&NON_NEGATIVE), "N", No, "Its tension, the same all along; or length."),
-    field("tension", SPACE | ASSEMBLY, OneOf(&[Number(&NON_NEGATIVE), Table(&HISTORY)]), "N", No, "Its tension, the same all along: constant or, in a motion of elastic rods, in time."),
+    field("tension", SPACE | ASSEMBLY, OneOf(&[Number(&NON_NEGATIVE), Table(&HISTORY)]), "N", No, "Its tension, the same all along: constant or, in a motion, in time."),
     field("length", IN_SPACE, Number(&SIZE), "m", No, "Length of its path from s = 0 to its anchor, in statics of one rod: the tension follows, 0 where the tendon is slack."),
 ]);
 #[rustfmt::skip]
@@ -633,7 +633,7 @@ pub(super) static LISTED: Spec = spec("load", &[
     field("force", RUNS, LOAD, "N", Or("[0.0, 0.0, 0.0]"), "Force, in the world, or along the directors where `follows` is true; on a body it may be in time, as body.force of an assembly."),
     field("couple", STATICS, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise."),
     field("couple", SPACE | ASSEMBLY, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple, likewise; on a body with inertia."),
-    field("follows", IN_SPACE, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors. In a motion on rods with full mass, and on bodies."),
+    field("follows", ANY, Flag, "", Or("false"), "true: force and couple turn with the rod, or the body, and are given along its directors; of a planar rod along its tangent and its normal, [t, n]. On the end with a point mass they turn with the end of the rod. In a motion on elastic rods, on rods with full mass, and on bodies."),
     field("factor", ANY, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple on a rod, for branches: load.0.factor."),
 ]);
 #[rustfmt::skip]

@@ -35,6 +35,8 @@ pub(super) struct BearingRod<'a> {
     pub has_nodes: bool,
     /// True for a rod with full mass.
     pub is_heavy: bool,
+    /// The field of the rod that varies in time, if there is one.
+    pub in_time: Option<&'static str>,
 }
 
 impl<'a> BearingRod<'a> {
@@ -44,6 +46,7 @@ impl<'a> BearingRod<'a> {
             length: rod.length,
             has_nodes: rod.damping.is_some() || rod.is_heavy(),
             is_heavy: rod.is_heavy(),
+            in_time: rod.field_in_time(),
         }
     }
 }
@@ -105,10 +108,7 @@ enum On {
 fn listed(table: &Table, bearers: &Bearers) -> Option<Listed> {
     let on = place(table, bearers);
     let kind = table.reader.kind.get();
-    let follows = match kind {
-        PLANE => Some(false),
-        _ => table.flag("follows"),
-    };
+    let follows = table.flag("follows");
     let rigid = match &on {
         Some(On::Body(body)) => bearers.rigid.get(*body).copied(),
         _ => None,
@@ -129,19 +129,27 @@ fn listed(table: &Table, bearers: &Bearers) -> Option<Listed> {
         table.missing("force", "the force of the load; or couple", example);
         return None;
     }
+    let on = match on {
+        On::Body(body) if follows && follows_end(bearers, body) => {
+            let s = bearers.rods[0].length;
+            On::Rod(0, LoadPlace::Station { s })
+        }
+        on => on,
+    };
     match on {
         On::Body(body) => on_body(table, body, bearers, follows, [force, couple], factor),
         On::Rod(rod, place) => {
-            let constant = |name: &str, load: &Load| {
-                match load {
+            let hint = if table.has("on") {
+                "a load in time that turns with the end of its rod needs a body with directors there: give the body an inertia"
+            } else {
+                "a load in time, or one from a file, acts on a body of a motion: on = \"end\", or on the body by its name"
+            };
+            let constant = |name: &str, load: &Load| match load {
                 Load::Constant(vector) => Some(*vector),
-                Load::InTime(_) => table.refuse(
-                    FaultKind::Conflict,
-                    name,
-                    "three constant numbers on a rod",
-                    "a load in time, or one from a file, acts on a body of a motion: on = \"end\", or on the body by its name",
-                ),
-            }
+                Load::InTime(_) => {
+                    let allowed = "three constant numbers on a rod";
+                    table.refuse(FaultKind::Conflict, name, allowed, hint)
+                }
             };
             let (force, couple) = (constant("force", &force), constant("couple", &couple));
             let load = RodLoad {
@@ -156,6 +164,13 @@ fn listed(table: &Table, bearers: &Bearers) -> Option<Listed> {
             Some(Listed::Rod { rod, load })
         }
     }
+}
+
+/// True for a point mass at the end of one rod without full mass: a load on it turns with the rod's end.
+fn follows_end(bearers: &Bearers, body: usize) -> bool {
+    let alone = bearers.bodies.is_empty() && bearers.motion;
+    let light = bearers.rods.first().is_some_and(|rod| !rod.is_heavy);
+    alone && light && bearers.rigid.get(body) == Some(&false)
 }
 
 /// Refuses a load on a rod that no model computes.
@@ -174,27 +189,17 @@ fn on_rod(table: &Table, rod: usize, load: &RodLoad, bearers: &Bearers) -> Optio
         return Some(());
     }
     let bearer = bearers.rods.get(rod);
+    if table.reader.kind.get() == PLANE && load.follows && bearer.is_some_and(|rod| rod.is_heavy) {
+        let hint = "loads turn with a planar elastic rod, or with a rod in space: write model = \"cosserat\" with a section";
+        let allowed = "left out of a planar rod with inertia = \"full\"";
+        return table.refuse(FaultKind::Conflict, "follows", allowed, hint);
+    }
     // Nodes of a rod with full mass carry every load.
     if bearer.is_some_and(|rod| rod.is_heavy) {
         return Some(());
     }
-    if load.follows && bearers.motion {
-        let hint = "in a motion follower loads act on rods with inertia = \"full\"; a load that follows a body acts `on` it";
-        return table.refuse(
-            FaultKind::Conflict,
-            "follows",
-            "false on a rod in a motion",
-            hint,
-        );
-    }
-    if load.couple != [0.0; 3] && bearers.motion {
-        let hint = "in a motion couples act on rods with inertia = \"full\"; a couple on a body acts `on` it";
-        return table.refuse(
-            FaultKind::Conflict,
-            "couple",
-            "left out on a rod in a motion",
-            hint,
-        );
+    if load.follows || load.couple != [0.0; 3] {
+        turns_as_known(table, load, bearer)?;
     }
     if load.is_at_station() && bearers.motion && bearer.is_some_and(|rod| rod.has_nodes) {
         let hint = "a force at one place needs an elastic rod, or one with inertia = \"full\"; write a short part of the rod, from and to, \
@@ -205,6 +210,34 @@ fn on_rod(table: &Table, rod: usize, load: &RodLoad, bearers: &Bearers) -> Optio
             "left out of a rod with friction and without mass in a motion",
             hint,
         );
+    }
+    Some(())
+}
+
+/// Refuses a load without a potential on a rod without full mass in a motion, where no model computes it.
+fn turns_as_known(table: &Table, load: &RodLoad, bearer: Option<&BearingRod>) -> Option<()> {
+    let field = if load.follows { "follows" } else { "couple" };
+    let rubs = bearer.is_some_and(|rod| rod.has_nodes);
+    if rubs && table.reader.kind.get() == PLANE {
+        let hint = "in a motion with friction loads turn with rods in space: write model = \"cosserat\" with a section, or leave out damping";
+        let allowed = "left out of a planar rod with friction in a motion";
+        return table.refuse(FaultKind::Conflict, field, allowed, hint);
+    }
+    if rubs && table.has("on") {
+        let hint = "a load turns with the end of an elastic rod; of a rod with friction write a short part of the rod, from and to, with the load per \
+                    length, or give the body an inertia";
+        let allowed = "left out on the point mass of a rod with friction";
+        return table.refuse(FaultKind::Conflict, field, allowed, hint);
+    }
+    if rubs {
+        return Some(());
+    }
+    if let Some(name) = bearer.and_then(|rod| rod.in_time) {
+        let hint = format!(
+            "{name} varies in time, and the motion of an elastic rod follows one of the two; inertia = \"full\" follows both"
+        );
+        let allowed = "left out of an elastic rod whose section law varies in time";
+        return table.refuse(FaultKind::Conflict, field, allowed, hint);
     }
     Some(())
 }

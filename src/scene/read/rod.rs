@@ -298,15 +298,6 @@ fn inertia(
             if RodTraits::of(rod).damped {
                 return refuse("inertia", "\"none\" or \"full\"", hint);
             }
-            let shape = section.and_then(Section::shape);
-            if shape.is_some_and(|shape| shape.uniform().is_none()) {
-                let hint = "the correction to first order is for rods of one shape: write inertia = \"full\", or leave it out";
-                return refuse(
-                    "inertia",
-                    "\"none\" or \"full\" where the shape varies",
-                    hint,
-                );
-            }
         }
         Inertia::Full => {}
     }

@@ -116,15 +116,6 @@ fn tension(table: &Table, slack: &str) -> Option<History> {
 /// Refuses driven rest strains, and section laws in time, of rods for which there is no computation.
 pub(super) fn is_driven_as_known(table: &Table, rod: &Rod, motion: bool) -> Option<()> {
     let kind = FaultKind::Conflict;
-    if motion && rod.drive.is_some() && rod.damping.is_some() && !rod.is_heavy() {
-        let hint = "in a motion rest strains are driven of an elastic rod, or of one with inertia = \"full\": write that, or leave out damping";
-        return table.refuse(
-            kind,
-            "drive",
-            "left out of a rod with friction and without its mass",
-            hint,
-        );
-    }
     let Some(name) = rod.field_in_time() else {
         return Some(());
     };
@@ -133,11 +124,9 @@ pub(super) fn is_driven_as_known(table: &Table, rod: &Rod, motion: bool) -> Opti
             "at rest there is no time: write a number; a table in time is for a scene with [run]";
         return table.refuse(kind, name, "constant at rest", hint);
     }
-    let known = rod.damping.is_none() && rod.inertia.is_none_or(|of| of == Inertia::None);
-    if !known && !rod.is_heavy() {
-        let hint = "a section law varies in time of an elastic rod with inertia = \"none\", and of a rod with inertia = \"full\", with friction or without: write one of the two";
-        let allowed =
-            "constant of a rod with first-order inertia, or with friction and without its mass";
+    if rod.inertia == Some(Inertia::FirstOrder) {
+        let hint = "a section law varies in time of a rod with inertia = \"none\", and of one with inertia = \"full\": write one of the two";
+        let allowed = "constant of a rod with first-order inertia";
         return table.refuse(kind, name, allowed, hint);
     }
     Some(())

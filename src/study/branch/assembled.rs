@@ -11,6 +11,7 @@ use crate::scene::{AssemblySetup, Continue, Parameter, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
 use crate::study::Column;
+use crate::study::assembly::zero_modes;
 use crate::study::neglected_mass::{FoldAtRest, MassEffect, MassOrigin, RodsAtRest};
 use crate::study::space::upward;
 use crate::study::stations;
@@ -64,7 +65,8 @@ impl<'a> Assembled<'a> {
             false,
             wanted.to - wanted.from,
             tolerance(scene),
-        )?;
+        )?
+        .with_logarithmic_charts();
         let x = from_start.unknowns(&start, wanted.from)?;
         let carriers = first.assembly.carriers().iter();
         let this = Self {
@@ -107,6 +109,7 @@ impl Subject for Assembled<'_> {
 
     fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<BranchState> {
         let setup = AssemblySetup::new(scene)?;
+        self.from_start.warm(&setup.assembly);
         let state = self.fixed_family(&setup).state(x, 0.0)?;
         let k = &setup.scales;
         let mut numbers = Vec::new();
@@ -190,6 +193,12 @@ impl Subject for Assembled<'_> {
         FoldAtRest::new(form, resistances, MassOrigin::Everything)
             .map(Some)
             .ok_or_else(|| Error::domain("friction would feed the motion out of it"))
+    }
+
+    fn zero_modes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<String>> {
+        let setup = AssemblySetup::new(scene)?;
+        let now = self.fixed_family(&setup).state(x, 0.0)?.now;
+        zero_modes(&setup, &now)
     }
 
     fn columns(&self) -> (Vec<Column>, Column) {
@@ -277,8 +286,9 @@ impl Subject for Assembled<'_> {
 
     fn search_description(&self, size: f64) -> String {
         format!(
-            "turns and displacements of the bodies and base wrenches of the rods up to {size:.0} all together (in radians, mean lengths \
-             of the rods, B/L and B/L^2)"
+            "turns and displacements of the bodies up to {size:.0} (in radians and mean lengths of the rods) and base wrenches of the \
+             rods up to {:.0} (in B/L and B/L^2)",
+            self.from_start.reach(size)
         )
     }
 

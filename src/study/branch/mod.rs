@@ -291,11 +291,13 @@ fn followed(
     remarks.append(&mut study.remarks);
     for row in &study.rows {
         let there = scene.with(&wanted.parameter, row.p);
-        if let Some(mode) = subject.zero_modes(&there, &row.x)?.first() {
+        let modes = subject.zero_modes(&there, &row.x)?;
+        if !modes.is_empty() {
             let name = &wanted.name;
             remarks.push(format!(
-                "from {name} = {} on {mode}: left out of the index and of special points",
-                row.p
+                "from {name} = {} on {}: left out of the index and of special points",
+                row.p,
+                modes.join(", and ")
             ));
             break;
         }

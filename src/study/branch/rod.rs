@@ -149,10 +149,11 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
             .ok_or_else(|| Error::domain("friction would feed the motion out of it"))
     }
 
-    fn zero_modes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<ZeroMode>> {
+    fn zero_modes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<String>> {
         let problem = scene.problem()?;
         let b = self.chart.wrench(&problem, x)?;
-        Ok(problem.zero_modes(&problem.rod().outward_wrench(&b)))
+        let modes = problem.zero_modes(&problem.rod().outward_wrench(&b));
+        Ok(modes.iter().map(ZeroMode::to_string).collect())
     }
 
     fn is_planar(&self) -> bool {

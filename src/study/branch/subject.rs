@@ -1,7 +1,7 @@
 //! Interface of continuation to a mechanical system: a single rod or an assembly.
 
 use crate::error::Result;
-use crate::rod::{RodSection, ZeroMode};
+use crate::rod::RodSection;
 use crate::scene::{Continue, Parameter, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
@@ -85,13 +85,11 @@ pub trait Subject {
     /// A fold without a normal form, or whose normal form is not found.
     fn fold(&self, scene: &Scene, wanted: &Continue, at: &Point) -> Result<Option<FoldAtRest>>;
 
-    /// Motions of the equilibrium at `x` that cost nothing, by a symmetry of the scene.
+    /// Motions of the equilibrium at `x` that cost nothing, by a symmetry of the scene, in words.
     ///
     /// # Errors
     /// Those of the scene.
-    fn zero_modes(&self, _: &Scene, _x: &DVector<f64>) -> Result<Vec<ZeroMode>> {
-        Ok(Vec::new())
-    }
+    fn zero_modes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<String>>;
 
     /// True if the unknowns keep the rod in a plane, while the index counts unstable directions of space.
     fn is_planar(&self) -> bool {

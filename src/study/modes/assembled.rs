@@ -4,7 +4,7 @@ use super::found::{Coordinates, FoundMode, FoundMotions};
 use super::{BALANCED, INTERVALS, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits};
 use crate::assembly::{Assembly, AssemblyRoute, Body, Configuration};
 use crate::error::Result;
-use crate::motion::viscoelastic::{SmallCreep, small_in_space};
+use crate::motion::viscoelastic::{AlongRod, SmallCreep, small_in_space};
 use crate::scene::{AssemblySetup, ElasticSpace, InitialShape, Scales, Scene};
 use crate::section::Strain;
 use crate::study::neglected_mass::RodsAtRest;
@@ -114,11 +114,15 @@ fn with_friction(
         let sections = link.shape(q, &held, &at, ALONG)?;
         Ok(sections.iter().map(|section| section.strain).collect())
     };
-    let load = link.distributed();
+    let along = AlongRod {
+        dead: link.distributed().cloned(),
+        turning: link.turning().cloned(),
+        law_in_time: None,
+    };
     small_in_space(
         section,
         scene.moving()?,
-        load,
+        along,
         &model.common.carried,
         &strains,
     )
@@ -178,16 +182,21 @@ fn described(
 ) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
     let followed = assembly.is_followed(0.0);
-    // Stiffness below the tolerance of the equilibrium counts as neutral.
-    let index = assembly.index(0.0, now, EQUILIBRIUM)?;
+    // Stiffness below the tolerance of the equilibrium counts as neutral. Without a potential there is no index.
+    let turned = assembly.has_turning();
+    let index = if turned {
+        0
+    } else {
+        assembly.index(0.0, now, EQUILIBRIUM)?
+    };
     let conservative = assembly.is_conservative(0.0);
     let creep = damped
         .as_ref()
         .map(|damped| RelaxationRates::new(damped, scales));
     let eigenvalues = match (damped, assembly.solids().iter().all(is_simple)) {
         (Some(damped), _) => Some(damped.rates.body),
-        (None, true) => None,
-        (None, false) => Some(assembly.eigenvalues(now, ALONG)?),
+        (None, true) if !turned => None,
+        (None, _) => Some(assembly.eigenvalues(now, ALONG)?),
     };
     let held = || -> Result<usize> {
         let points = assembly.points(0.0, &now.bodies, &now.charts, ALONG)?;
@@ -234,7 +243,7 @@ fn described(
         index,
         conservative,
         followed,
-        held_stable: !followed || held()? == 0,
+        held_stable: !followed || turned || held()? == 0,
         neutral: modes.neutral,
         modes: shown.map(mode).collect::<Result<_>>()?,
         rigid: assembly.massive().len() - modes.squares.len(),

@@ -122,10 +122,13 @@ impl RodsAtRest {
         Ok(resting)
     }
 
-    /// The single rod, as a light rod whose equilibria are followed.
+    /// The single rod, as a light rod whose equilibria are followed; `None` under loads without a potential, and for a
+    /// section law in time.
     pub fn light(&self) -> Option<LightInSpace> {
         match self.assembly.links() {
-            [link] => Some(LightInSpace::new(link)),
+            [link] if !(link.has_turning() || link.varies_in_time()) => {
+                Some(LightInSpace::new(link))
+            }
             _ => None,
         }
     }

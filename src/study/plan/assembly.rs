@@ -10,7 +10,7 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
     let run = scene.run()?;
     let prepared = Prepared::new(scene)?;
     let mut plan = Plan::empty(scene, run.duration);
-    plan.state = prepared.motion()?.carries();
+    plan.carries(&*prepared.motion()?);
     let rods = || given.rods.iter();
     let full = rods().any(|rod| rod.rod.is_heavy());
     (plan.model, plan.chart, plan.method) = if full {

@@ -13,8 +13,8 @@ pub use forecast::Forecast;
 pub use trial::Trial;
 
 use crate::error::Result;
-use crate::motion::StateVariables;
 use crate::motion::full_mass::IN_ELEMENTS;
+use crate::motion::{Motion, StateVariables};
 use crate::scene::{RodMassNote, Scene, Units};
 use crate::solve::integrator::Method;
 use serde_json::{Value, json};
@@ -131,6 +131,14 @@ impl Plan {
             units: scene.units,
             duration,
         }
+    }
+
+    /// State variables of the motion, and the reason if elements were left for strains at nodes.
+    fn carries(&mut self, motion: &dyn Motion<'_>) {
+        self.state = motion.carries();
+        let why = motion.why_no_elements();
+        self.notes
+            .extend(why.map(|why| format!("the strains at nodes follow the rod: {why}")));
     }
 
     /// Chart and steps of rods with mass in elements.

@@ -13,7 +13,7 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     let prepared = Prepared::new(scene)?;
     let (kind, run) = (kind(&prepared), scene.run()?);
     let mut plan = Plan::empty(scene, run.duration);
-    plan.state = prepared.motion()?.carries();
+    plan.carries(&*prepared.motion()?);
     let full = prepared.header.full;
     let lifted = scene.is_planar() && kind.in_space();
     plan.model = match (kind, full) {
@@ -136,10 +136,10 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
             },
         );
     }
-    if !full && !scene.is_loaded_along() {
+    if !full && !scene.is_loaded_along() && !scene.rod.has_turning_loads() {
         plan.leave_out(
             "loads along the rod",
-            "neither loads.distributed nor a weight: its force is one vector from base to end",
+            "neither loads.distributed, nor [[load]] on it, nor a weight: its force is one vector from base to end",
         );
     }
     if scene.clamp.motion.is_none() {

@@ -255,21 +255,12 @@ pub(super) fn cells(sample: Option<&ContactSample>) -> [Cell; 3] {
     sums.map(Cell::Real)
 }
 
-impl RunRecord {
-    /// The events of the contacts of a branch, each with its time.
-    pub(super) fn contact_events(&self, branch: &RunBranch) -> Vec<(f64, Value)> {
-        let events = branch.contacts.iter().flat_map(|all| &all.events);
-        let rods = branch.contacts.iter().flat_map(|all| &all.rod_events);
-        events
-            .map(|event| (event.time(), Value::Object(self.contact_event(event))))
-            .chain(rods.map(|event| (event.t, self.rod_event(event))))
-            .collect()
-    }
-
-    fn rod_event(&self, event: &RodContactEvent) -> Value {
-        let axes = if self.header.in_space() { 3 } else { 2 };
+impl RunHeader {
+    /// An event of a contact of a rod, in the units of the scene.
+    pub(super) fn rod_event(&self, event: &RodContactEvent) -> Value {
+        let axes = if self.in_space() { 3 } else { 2 };
         let vector = |v: &Vector3<f64>| json!(v.as_slice()[..axes]);
-        let [a, b] = self.header.rod_sides(&event.at);
+        let [a, b] = self.rod_sides(&event.at);
         json!({
             "kind": event.key(), "t": event.t, "a": a, "b": b,
             "s": event.at.s,
@@ -279,10 +270,11 @@ impl RunRecord {
         })
     }
 
-    fn contact_event(&self, event: &ContactEvent) -> Map<String, Value> {
-        let axes = if self.header.in_space() { 3 } else { 2 };
+    /// An event of a contact of a body, in the units of the scene.
+    pub(super) fn contact_event(&self, event: &ContactEvent) -> Map<String, Value> {
+        let axes = if self.in_space() { 3 } else { 2 };
         let vector = |v: &Vector3<f64>| json!(v.as_slice()[..axes]);
-        let [a, b] = self.header.sides(event.contact());
+        let [a, b] = self.sides(event.contact());
         let mut told = object(json!({
             "kind": event.key(), "t": event.time(), "a": a, "b": b,
         }));
@@ -309,6 +301,23 @@ impl RunRecord {
             }),
         }));
         told
+    }
+}
+
+impl RunRecord {
+    /// The events of the contacts of a branch, each with its time.
+    pub(super) fn contact_events(&self, branch: &RunBranch) -> Vec<(f64, Value)> {
+        let events = branch.contacts.iter().flat_map(|all| &all.events);
+        let rods = branch.contacts.iter().flat_map(|all| &all.rod_events);
+        events
+            .map(|event| {
+                (
+                    event.time(),
+                    Value::Object(self.header.contact_event(event)),
+                )
+            })
+            .chain(rods.map(|event| (event.t, self.header.rod_event(event))))
+            .collect()
     }
 
     /// The entry `contact` of the summary; `None` without contact.

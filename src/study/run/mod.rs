@@ -14,6 +14,7 @@ mod record;
 mod recorder;
 mod rest;
 pub(super) mod shapes;
+mod simulation;
 mod spring;
 pub(super) mod summary;
 mod table;
@@ -30,6 +31,7 @@ pub use outward::RunBounce;
 pub use prepared::{Prepared, RunStart};
 pub use record::{RunBranch, RunRecord};
 pub use shapes::{Shapes, samples, shapes};
+pub use simulation::{Simulation, SimulationState};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::{columns, trajectory_name};
 
@@ -124,9 +126,11 @@ pub fn run_from<'p>(
         hooks,
         fields,
     };
+    let mut state = Err(String::new());
     let (branches, cut) = tree(start.motion, header.run.branches, |origin, motion| {
         let mut recorder = Recorder::new(prepared, &rest, &mut outlets, origin.id, motion, total)?;
         let outcome = drive(motion, header.run.samples, &mut recorder)?;
+        state = SimulationState::of(prepared, motion).map_err(|e| e.to_string());
         let branch = recorder.finish(motion, origin, outcome.clone(), &mut passed)?;
         Ok((branch, outcome))
     })?;
@@ -137,6 +141,7 @@ pub fn run_from<'p>(
         folds,
         branches,
         cut,
+        state,
         start_index: start.index,
         spring,
         strain_stride: recorder::stride(prepared, fields),

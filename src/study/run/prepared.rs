@@ -1,21 +1,24 @@
 //! A scene of motion of rods ready to run, one rod or an assembly.
 
 use super::assembly::AssemblyModel;
-use super::contacts::sample_outward;
+use super::contacts::{BranchContacts, sample_outward};
 use super::header::RunHeader;
 use super::moment::{BodyMoment, Moment, ShapesAt};
 use super::one_rod::OneRod;
 use super::outward::RunBounce;
 use super::rest::{LazyRest, RestState};
 use super::shapes::{Shapes, poses};
+use super::simulation::SimulationState;
 use super::spring::Spring;
+use super::summary::layer;
 use crate::assembly::Contact;
-use crate::error::{Quantity, Result};
-use crate::motion::{Bounce, LightReference, Motion, Snap, State};
+use crate::error::{Error, Quantity, Result};
+use crate::motion::{Bounce, Event, LightReference, Motion, Snap, State};
 use crate::scene::Scene;
 use crate::study::neglected_mass::MassEffect;
 use crate::study::stations::{self, StationValues};
 use nalgebra::Isometry3;
+use serde_json::{Map, Value};
 
 /// Sections of the axis of a planar rod that touches obstacles.
 const SECTIONS: usize = 97;
@@ -33,6 +36,25 @@ pub struct RunStart<'p> {
     pub motion: Box<dyn Motion<'p> + 'p>,
     /// Morse index of the equilibrium at the start; `None` if unknown or not in equilibrium.
     pub index: Option<usize>,
+}
+
+impl RunStart<'_> {
+    /// The motion from a state that a run or a simulation of the scene has saved.
+    ///
+    /// # Errors
+    /// The state of another model or of other rods.
+    pub fn restored(mut self, state: &SimulationState) -> Result<Self> {
+        if state.motion.method == SimulationState::REPLAY {
+            return Err(Error::domain(
+                "the state is one that is reached from the start of the scene: a simulation can restore it, a run cannot",
+            ));
+        }
+        if state.motion.method != SimulationState::START {
+            self.motion.restore(&state.motion)?;
+            self.index = self.motion.now().index();
+        }
+        Ok(self)
+    }
 }
 
 /// Differences between one rod and an assembly in a run. States, snaps and bounces are those of the motion; results
@@ -175,6 +197,38 @@ impl Prepared {
             axis: Vec::new(),
             index: None,
         }
+    }
+
+    /// An event in the form of events.json; `None` for steps and the end.
+    ///
+    /// # Errors
+    /// An event that cannot be evaluated.
+    pub(super) fn told(&self, event: &Event) -> Result<Option<Value>> {
+        let (header, model) = (&self.header, &self.model);
+        let k = &header.scales;
+        let contacts = |contacts: BranchContacts| contacts.outward(k);
+        Ok(Some(match event {
+            Event::Step { .. } | Event::Stop(_) => return Ok(None),
+            Event::Snap(snap) => Value::Object(header.snap(&model.snap(snap)?)),
+            Event::Bounce(bounce) => header.bounce(&model.bounce(bounce)),
+            Event::Layer(passed) => {
+                layer(&passed.scaled(k.unit(Quantity::Time), k.unit(Quantity::Couple)))
+            }
+            Event::Contact(event) => {
+                let mut one = BranchContacts::new();
+                one.events.push(*event);
+                let told = contacts(one).events;
+                let told = told.iter().map(|event| header.contact_event(event));
+                Value::Object(told.fold(Map::new(), |_, event| event))
+            }
+            Event::RodContact(event) => {
+                let mut one = BranchContacts::new();
+                one.rod_events.push(*event);
+                let told = contacts(one).rod_events;
+                let told = told.iter().map(|event| header.rod_event(event));
+                told.fold(Value::Null, |_, event| event)
+            }
+        }))
     }
 
     /// A time of the motion in the scene's units.

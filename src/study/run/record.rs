@@ -4,6 +4,7 @@ use super::bounces::Bounces;
 use super::contacts::BranchContacts;
 use super::header::RunHeader;
 use super::moment::{FigureState, Moment, ShapesAt};
+use super::simulation::SimulationState;
 use super::spring::Spring;
 use crate::motion::full_mass::SPILL;
 use crate::motion::viscoelastic::Layer;
@@ -22,6 +23,8 @@ pub struct RunRecord {
     pub branches: Vec<RunBranch>,
     /// Number of snaps whose branches were not followed because the bound was reached.
     pub cut: usize,
+    /// The last state, from which another run goes on, or the reason why it cannot be saved.
+    pub state: std::result::Result<SimulationState, String>,
     /// Folds passed by rods of known mass.
     pub folds: Vec<FoldPassed>,
     /// Validity of neglecting the mass of rods, where a mass is known and not followed in full.
@@ -59,6 +62,8 @@ pub struct RunBranch {
     pub unfelt: f64,
     /// Resolution of the strains, for rods with strain unknowns.
     pub resolution: Option<Resolution>,
+    /// Why strains at nodes follow rods with mass where elements do by default.
+    pub why_no_elements: Option<String>,
     /// Snaps of this branch. The chart point of a rod in space is the wrench (couple, force) at its base, along the
     /// directors there.
     pub snaps: Vec<Snap>,

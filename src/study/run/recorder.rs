@@ -18,7 +18,7 @@ use crate::scene::ModelKind;
 use crate::study::decimate::Thinned;
 use crate::study::light_rod_reference::LightRods;
 use crate::study::neglected_mass::{BouncePassed, FoldPassed};
-use crate::study::{Cell, Hooks, Sink};
+use crate::study::{Cell, Column, Hooks, Sink};
 
 /// Moments per step for figures, its end included: a step of order 8 may span half an oscillation.
 const INNER: usize = 6;
@@ -70,6 +70,8 @@ pub(super) struct Recorder<'r> {
     hooks: &'r mut dyn Hooks,
     places: Vec<f64>,
     trajectory: usize,
+    /// The columns of the trajectory, without values.
+    columns: Vec<Column>,
     strain: Option<StrainTable>,
     /// The table of contacts and their extremes; None without obstacles.
     contacts: Option<(usize, BranchContacts)>,
@@ -148,7 +150,9 @@ impl<'r> Recorder<'r> {
             hooks,
             fields,
         } = outlets;
-        let trajectory = sink.begin(table::trajectory(header, id))?;
+        let table = table::trajectory(header, id);
+        let columns = table.columns.clone();
+        let trajectory = sink.begin(table)?;
         let strain = match stride(prepared, *fields) {
             None => None,
             Some(stride) => Some(StrainTable {
@@ -180,6 +184,7 @@ impl<'r> Recorder<'r> {
             hooks: *hooks,
             places: places(),
             trajectory,
+            columns,
             strain,
             contacts,
             first: moment,
@@ -246,6 +251,7 @@ impl<'r> Recorder<'r> {
             cost: motion.cost(),
             unfelt: motion.time_without_mass() * time,
             resolution: motion.resolution(),
+            why_no_elements: motion.why_no_elements().map(str::to_owned),
             snaps: within,
             layers: self
                 .layers
@@ -322,6 +328,7 @@ impl<'r> Recorder<'r> {
         let joints = self.prepared.joints(state)?;
         let row = table::row(&self.prepared.header, moment, &stations, &joints);
         self.sink.row(self.trajectory, &row)?;
+        self.hooks.sample(&self.columns, &row);
         let Some(((table, seen), sample)) = self.contacts.as_mut().zip(state.contact()) else {
             return Ok(());
         };
@@ -427,6 +434,13 @@ impl Observer for Recorder<'_> {
     }
 
     fn event(&mut self, event: &Event, motion: &mut dyn Motion<'_>) -> Result<()> {
+        let is_step = matches!(event, Event::Step { .. });
+        if !is_step
+            && self.hooks.hears_events()
+            && let Some(told) = self.prepared.told(event)?
+        {
+            self.hooks.event(told);
+        }
         match event {
             Event::Step { .. } if motion.resolution().is_some() => {
                 self.beside.step(motion);

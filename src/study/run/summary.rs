@@ -1,6 +1,7 @@
 //! A run's record as JSON: summary.json and events.json.
 
 use super::bounces::Bounces;
+use super::header::RunHeader;
 use super::moment::{BodyMoment, Moment, ShapesAt};
 use super::outward::RunBounce;
 use super::record::{RunBranch, RunRecord};
@@ -54,6 +55,8 @@ impl RunRecord {
                 .rate_tail
                 .map(|rate| ("rate_tail".to_owned(), json!(rate)));
             found.extend(rate);
+            let why = last.why_no_elements.as_ref();
+            found.extend(why.map(|why| ("no_elements".to_owned(), json!(why))));
             add("nodes", Value::Object(found));
         }
         // null: no contact detection.
@@ -103,7 +106,7 @@ impl RunRecord {
         for branch in &self.branches {
             let before = events.len();
             for snap in branch.all_snaps() {
-                let mut event = self.snap(snap);
+                let mut event = self.header.snap(snap);
                 if let Some(fold) = self.fold_of(snap, branch) {
                     event.insert("mass".to_owned(), fold.json());
                 }
@@ -158,7 +161,7 @@ impl RunRecord {
         let layers = branch.layers.iter().map(|l| (l.from, layer(l)));
         let crossed = branch.crossed.iter().map(|LightSnap { snap, .. }| {
             let fold = self.fold_of(snap, branch);
-            let event = Value::Object(self.snap(snap));
+            let event = Value::Object(self.header.snap(snap));
             (snap.t, FoldPassed::event(fold, event))
         });
         let lost = branch.lost.iter();
@@ -254,7 +257,44 @@ impl RunRecord {
         state
     }
 
-    fn snap(&self, snap: &Snap) -> Map<String, Value> {
+    /// Bounces of all branches; `None` without bounces.
+    fn all_bounces(&self) -> Option<Value> {
+        let branches = self.branches.iter().map(|branch| &branch.bounces);
+        let (count, hardest) = Bounces::of(branches.clone())?;
+        let first = branches
+            .flat_map(|b| &b.first)
+            .map(|b| self.header.bounce(b));
+        let first: Vec<Value> = first.collect();
+        Some(json!({ "count": count, "hardest": self.header.bounce(hardest), "first": first }))
+    }
+
+    fn cost(&self) -> Value {
+        let each = self.branches.iter().map(|b| b.cost);
+        let all = each.fold(Cost::default(), |sum, cost| sum + cost);
+        let mut cost = object(json!({
+            "evaluations": all.evaluations,
+            "steps": all.steps,
+            "rejected": all.rejected,
+        }));
+        cost.extend(object(
+            if self.header.is_elastic() || self.header.is_assembly() {
+                json!({ "dense": all.samples })
+            } else {
+                json!({
+                    "implicit_steps": all.implicit_steps,
+                    "jacobians": all.jacobians,
+                    "factorisations": all.factorisations,
+                    "iterations": all.iterations,
+                })
+            },
+        ));
+        Value::Object(cost)
+    }
+}
+
+impl RunHeader {
+    /// A snap.
+    pub(super) fn snap(&self, snap: &Snap) -> Map<String, Value> {
         let end = |e: &SnapEnd| {
             let mut end = match e.sheet {
                 Some(sheet) => object(json!({
@@ -298,8 +338,8 @@ impl RunRecord {
         pose: &DVector<f64>,
         velocity: &DVector<f64>,
     ) -> Map<String, Value> {
-        if self.header.is_assembly() {
-            return object(json!({ "rod": self.header.rod_name(rod) }));
+        if self.is_assembly() {
+            return object(json!({ "rod": self.rod_name(rod) }));
         }
         let r = ["x", "y", "z"].into_iter().zip(pose.iter());
         let v = ["vx", "vy", "vz"].into_iter().zip(velocity.iter());
@@ -308,16 +348,8 @@ impl RunRecord {
             .collect()
     }
 
-    /// Bounces of all branches; `None` without bounces.
-    fn all_bounces(&self) -> Option<Value> {
-        let branches = self.branches.iter().map(|branch| &branch.bounces);
-        let (count, hardest) = Bounces::of(branches.clone())?;
-        let first = branches.flat_map(|b| &b.first).map(|b| self.bounce(b));
-        let first: Vec<Value> = first.collect();
-        Some(json!({ "count": count, "hardest": self.bounce(hardest), "first": first }))
-    }
-
-    fn bounce(&self, bounce: &RunBounce) -> Value {
+    /// A bounce.
+    pub(super) fn bounce(&self, bounce: &RunBounce) -> Value {
         let mut told = object(json!({
             "kind": "bounce",
             "t": bounce.t,
@@ -327,33 +359,10 @@ impl RunRecord {
             "friction_time": bounce.friction_time,
         }));
         told.extend(self.place(bounce.rod, &bounce.pose, &bounce.velocity));
-        if self.header.is_sheet() {
+        if self.is_sheet() {
             told.insert("viscosity".to_owned(), json!(bounce.viscosity));
         }
         Value::Object(told)
-    }
-
-    fn cost(&self) -> Value {
-        let each = self.branches.iter().map(|b| b.cost);
-        let all = each.fold(Cost::default(), |sum, cost| sum + cost);
-        let mut cost = object(json!({
-            "evaluations": all.evaluations,
-            "steps": all.steps,
-            "rejected": all.rejected,
-        }));
-        cost.extend(object(
-            if self.header.is_elastic() || self.header.is_assembly() {
-                json!({ "dense": all.samples })
-            } else {
-                json!({
-                    "implicit_steps": all.implicit_steps,
-                    "jacobians": all.jacobians,
-                    "factorisations": all.factorisations,
-                    "iterations": all.iterations,
-                })
-            },
-        ));
-        Value::Object(cost)
     }
 }
 
@@ -372,7 +381,8 @@ fn body_json(at: &BodyMoment) -> Value {
     Value::Object(body)
 }
 
-fn layer(layer: &Layer) -> Value {
+/// A layer.
+pub(super) fn layer(layer: &Layer) -> Value {
     json!({
         "kind": "layer",
         "from": layer.from,

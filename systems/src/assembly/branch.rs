@@ -5,27 +5,45 @@ use super::configuration::Configuration;
 use super::equations::UnknownScales;
 use super::network::Assembly;
 use super::rod_element::{Link, LinkPoint};
+use super::zero_modes::FreePhase;
 use crate::error::{Error, Result};
+use crate::rod::Taut;
 use crate::solve::difference_step::derivative;
 use crate::solve::parametrised_problem::{Family, Linearised};
+use crate::solve::warm_start::WarmStart;
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// Change of the equations over which a difference by the parameter is taken.
 const CHANGE: f64 = 1e-2;
 
+/// Couples and forces of charts up to this size, in B/L and B/L^2, enter logarithmic unknowns nearly unscaled.
+const SLACK: f64 = 10.0;
+/// Gap from a taut rod to its attachment, in rod lengths and B/L, up to which later rods begin from this one.
+const CLOSE: f64 = 0.05;
+
 /// Assemblies in one parameter: loads, poses of supports, sections.
 ///
 /// The unknowns of the bodies are rotation vectors and displacements (in mean rod lengths) from a reference
-/// configuration. Those of the rods are the charts, in B/L and B/L^2 of each.
+/// configuration. Those of the rods are the charts q, in B/L and B/L^2 of each, or x with q = 10 sinh(x/10)
+/// ([`AssemblyFamily::with_logarithmic_charts`]).
 ///
 /// The equations and their derivatives by the unknowns are exact. Those by the parameter are central differences, of
 /// balance and gaps alone unless the parameter changes the rods. They only set directions: no point depends on them.
+/// Motions that cost nothing by a symmetry ([`Assembly::zero_modes`]) keep the phase that they have at the reference,
+/// and do not make the Jacobian singular.
 pub struct AssemblyFamily<P> {
     at: P,
     frame: UnknownScales,
     bodies: usize,
     rods: usize,
     size: usize,
+    /// True if large wrenches enter the unknowns by their logarithm.
+    logarithmic: bool,
+    /// Phase of the zero modes of the reference, if it has some.
+    phase: Option<FreePhase>,
+    /// The taut rods last solved, shared with the families made of this one.
+    warm: Arc<[WarmStart<Taut>]>,
     changes_rods: bool,
     step: f64,
     tolerance: f64,
@@ -64,16 +82,57 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
                 reference.charts.len()
             )));
         }
+        let frame = UnknownScales::new(&first, reference.bodies.iter().map(|place| place.pose));
+        // A reference that cannot be evaluated has no phase.
+        let phase = first.free_phase(&frame, reference, tolerance);
         Ok(Self {
-            frame: UnknownScales::new(&first, reference.bodies.iter().map(|place| place.pose)),
+            frame,
+            phase: phase.unwrap_or_default(),
             bodies,
             rods,
             size: first.unknowns(),
+            logarithmic: false,
+            warm: (0..rods).map(|_| WarmStart::default()).collect(),
             changes_rods,
             step: step(changes_rods) * span.abs(),
             tolerance,
             at,
         })
+    }
+
+    /// The family with unknowns in which wrenches of taut rods are counted by their logarithm, so that a branch takes
+    /// about as many steps for each power of ten of its forces.
+    #[must_use]
+    pub fn with_logarithmic_charts(self) -> Self {
+        Self {
+            logarithmic: true,
+            ..self
+        }
+    }
+
+    /// Size of charts, in B/L and B/L^2, with unknowns of the given size.
+    pub fn reach(&self, size: f64) -> f64 {
+        if self.logarithmic {
+            SLACK * (size / SLACK).sinh()
+        } else {
+            size
+        }
+    }
+
+    /// Index of the first unknown of the rods' charts.
+    fn first_of_charts(&self) -> usize {
+        self.size - 6 * self.rods
+    }
+
+    /// Displacements of the bodies and charts at the unknowns x.
+    fn plain(&self, x: &DVector<f64>) -> DVector<f64> {
+        let first = self.first_of_charts();
+        DVector::from_fn(
+            x.len(),
+            |i, _| {
+                if i < first { x[i] } else { self.reach(x[i]) }
+            },
+        )
     }
 
     /// A family with the same unknowns in another parameter, or to another tolerance. The assemblies have the same
@@ -91,16 +150,20 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
             bodies: self.bodies,
             rods: self.rods,
             size: self.size,
+            logarithmic: self.logarithmic,
+            phase: self.phase.clone(),
+            warm: self.warm.clone(),
             changes_rods,
             step: step(changes_rods) * span.abs(),
             tolerance,
         }
     }
 
-    /// The family with its unknowns counted from another reference.
+    /// The family with its unknowns counted from another reference, and with the charts themselves as unknowns.
     pub(super) fn counted_from(
         &self,
         frame: UnknownScales,
+        phase: Option<FreePhase>,
     ) -> AssemblyFamily<impl Fn(f64) -> Result<Assembly> + use<'_, P>> {
         AssemblyFamily {
             at: |p| (self.at)(p),
@@ -108,6 +171,9 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
             bodies: self.bodies,
             rods: self.rods,
             size: self.size,
+            logarithmic: false,
+            phase,
+            warm: self.warm.clone(),
             changes_rods: self.changes_rods,
             step: self.step,
             tolerance: self.tolerance,
@@ -133,7 +199,12 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
                 self.rods
             )));
         }
-        Ok(self.frame.unknowns(&self.assembly(p)?, now))
+        let mut x = self.frame.unknowns(&self.assembly(p)?, now);
+        if self.logarithmic {
+            let charts = x.iter_mut().skip(self.first_of_charts());
+            charts.for_each(|q| *q = SLACK * (*q / SLACK).asinh());
+        }
+        Ok(x)
     }
 
     /// Configuration and energy at a point of the branch.
@@ -150,10 +221,32 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         })
     }
 
+    /// Lets the taut rods of an assembly of the family begin from those last solved.
+    pub fn warm(&self, assembly: &Assembly) {
+        for (link, warm) in assembly.links().iter().zip(&*self.warm) {
+            if let Some(last) = warm.last() {
+                link.last_taut.keep(&last);
+            }
+        }
+    }
+
+    /// Keeps taut rods that nearly meet their attachments.
+    fn keep_warm(&self, assembly: &Assembly, points: &[LinkPoint]) {
+        let rods = assembly.links().iter().zip(points).zip(&*self.warm);
+        for ((link, point), warm) in rods {
+            if let Some(taut) = point.end.taut()
+                && (link.gap_scale(&point.end) * point.gap()).amax() < CLOSE
+            {
+                warm.keep(taut);
+            }
+        }
+    }
+
     /// The assembly at p.
     pub(super) fn assembly(&self, p: f64) -> Result<Assembly> {
         let assembly = (self.at)(p)?;
         if assembly.unknowns() == self.size {
+            self.warm(&assembly);
             return Ok(assembly);
         }
         Err(Error::domain(format!(
@@ -169,6 +262,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         x: &DVector<f64>,
     ) -> Result<Configuration> {
         if x.len() == self.size {
+            let x = self.plain(x);
             return Ok(self.frame.configuration(assembly, x.as_slice()));
         }
         Err(Error::domain(format!(
@@ -182,11 +276,15 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     fn residual(&self, x: &DVector<f64>, p: f64, known: &[LinkPoint]) -> Result<DVector<f64>> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
-        // A load along a rod depends on the parameter, or on the rotation of its base.
+        // A load along a rod depends on the parameter, or on the rotation of its base; a taut rod depends on its end.
         let bears = |link: &Link| link.is_loaded();
-        let loaded = known.iter().any(|point| point.end.along.is_some());
-        if self.changes_rods || loaded || assembly.links().iter().any(bears) {
-            let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
+        let taut = |point: &LinkPoint| point.end.along.is_some() || point.end.is_taut();
+        if self.changes_rods || known.iter().any(taut) || assembly.links().iter().any(bears) {
+            let rods = assembly.links().iter().zip(&now.charts).zip(known);
+            let points = rods.map(|((link, q), known)| {
+                link.point_beside(&now.bodies, q, &known.end, self.tolerance)
+            });
+            let points = points.collect::<Result<Vec<_>>>()?;
             return Ok(self.frame.residual(&assembly, &now.bodies, &points));
         }
         // The rods are integrated once for both differences.
@@ -214,13 +312,23 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
     fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
-        self.frame.check(&assembly, x.as_slice(), &now)?;
+        let plain = self.plain(x);
+        self.frame.check(&assembly, plain.as_slice(), &now)?;
         Body::within_ends(assembly.carriers(), &now.bodies)?;
         let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
-        let residual = self.frame.residual(&assembly, &now.bodies, &points);
-        let jacobian = self
+        self.keep_warm(&assembly, &points);
+        let mut residual = self.frame.residual(&assembly, &now.bodies, &points);
+        let mut jacobian = self
             .frame
-            .jacobian(&assembly, x.as_slice(), &now.bodies, &points);
+            .jacobian(&assembly, plain.as_slice(), &now.bodies, &points);
+        if let Some(phase) = &self.phase {
+            assembly.hold_phase(&plain, &now, phase, &mut residual, &mut jacobian);
+        }
+        if self.logarithmic {
+            for i in self.first_of_charts()..self.size {
+                jacobian.column_mut(i).scale_mut((x[i] / SLACK).cosh());
+            }
+        }
         let slope = derivative(p, self.step, CHANGE, |p| self.residual(x, p, &points))?;
         Ok(Linearised {
             residual,

@@ -10,14 +10,14 @@
 //! xi the twist of the attachment relative to the base and omega the spin of the base, along its directors. For a
 //! ball joint the first rows are those of m(1), which stays 0. For a taut rod the turn also changes the dependent
 //! m(0), and the force n(0) beside its spring. Rods between two ball joints rest on a force along their chord, and
-//! have no load. Loads along the directors, such as pressure, turn with the base; they act at rest alone. What they
-//! take of n depends on the chart.
+//! have no load. Loads along the directors, such as pressure, turn with the base. What they take of n depends on the
+//! chart. Their power is linear in q', in the spin of the base and in its velocity ([`crate::rod::LoadPower`]).
 
 use super::attachment::AttachedTo;
 use super::rod_element::{EndKind, Link, LinkEnd, LoadOnRod, LoadTerms, TurningLoads, seen_from};
 use crate::error::Result;
 use crate::math::se3::halves;
-use crate::rod::{EndConditions, LoadedEnd, Problem, Wrench};
+use crate::rod::{EndConditions, LoadPower, LoadedEnd, Problem, Wrench};
 use nalgebra::{Matrix6, SMatrix, UnitQuaternion, Vector3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -81,6 +81,7 @@ impl Link {
             taken,
             potential,
             by_turn,
+            power,
         } = found;
         let change = Matrix6::from_diagonal(&units);
         let (tangent, couple, taken) = (tangent * change, couple * change, taken * change);
@@ -114,6 +115,10 @@ impl Link {
                 turned,
                 force_turned: all.fixed_rows::<3>(9).into_owned(),
                 taken,
+                power: power.map(|power| LoadPower {
+                    by_wrench: power.by_wrench * change,
+                    ..power
+                }),
                 base: SMatrix::zeros(),
                 prescribed,
             }),

@@ -10,7 +10,7 @@ use super::body::BodyMotion;
 use super::configuration::Configuration;
 use super::guide::Guide;
 use super::network::Assembly;
-use super::rod_element::{EndKind, LinkPoint};
+use super::rod_element::{EndKind, Link, LinkPoint};
 use super::stiffness::add;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
@@ -132,7 +132,7 @@ impl UnknownScales {
             residual[i] /= self.length;
         }
         for (k, (link, point)) in assembly.links().iter().zip(points).enumerate() {
-            let gap = link.gap_scale(&point.end) * point.gap();
+            let gap = statical_scale(link, point) * point.gap();
             residual.rows_mut(total + 6 * k, 6).copy_from(&gap);
         }
         for i in assembly.out_of_plane() {
@@ -241,6 +241,16 @@ impl UnknownScales {
     }
 }
 
+/// Scales of the gap of a rod in the equations of statics. With the sign of a taut rod their determinant has the sign
+/// that it has in the chart of the base wrench, so that a branch may change from one chart to the other.
+fn statical_scale(link: &Link, point: &LinkPoint) -> Matrix6<f64> {
+    let mut scale = link.gap_scale(&point.end);
+    if let Some(taut) = point.end.taut() {
+        scale.fixed_columns_mut::<3>(0).scale_mut(taut.sign);
+    }
+    scale
+}
+
 impl LinkPoint {
     /// Derivatives of the gap by twists of base and end, and by the chart.
     fn gap_derivatives(&self) -> (nalgebra::SMatrix<f64, 6, 12>, Matrix6<f64>) {
@@ -280,7 +290,7 @@ impl Assembly {
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let own = total + 6 * k;
             let (gap_by_twists, gap_by_chart) = point.gap_derivatives();
-            let scale = link.gap_scale(&point.end);
+            let scale = statical_scale(link, point);
             add(
                 &mut matrix,
                 (own, own),

@@ -139,6 +139,21 @@ impl Link {
         Ok(point)
     }
 
+    /// The rod at rest at the chart point of the evaluated rod `known`, from which it differs little
+    /// ([`Link::held_beside`]).
+    pub(super) fn point_beside(
+        &self,
+        bodies: &[BodyMotion],
+        q: &Wrench,
+        known: &LinkEnd,
+        tolerance: f64,
+    ) -> Result<LinkPoint> {
+        let (base, tip) = (self.from.at(0.0, bodies), self.to.at(0.0, bodies));
+        let seen = self.seen_at(0.0, &base.pose.rotation)?;
+        let end = seen.held_beside(q, &base.pose.inv_mul(&tip.pose), known, tolerance)?;
+        Ok(self.placed(0.0, bodies, end))
+    }
+
     /// A known end placed between its attachments at time `t`; the base of a rod between ball joints is turned along
     /// its chord.
     pub(super) fn placed(&self, t: f64, bodies: &[BodyMotion], end: LinkEnd) -> LinkPoint {

@@ -73,7 +73,8 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         let now = self.configuration(&assembly, x)?;
         let frame = UnknownScales::new(&assembly, now.bodies.iter().map(|place| place.pose));
         // The same unknowns, counted from the fold.
-        let family = self.counted_from(frame.clone());
+        let phase = assembly.free_phase(&frame, &now, self.tolerance())?;
+        let family = self.counted_from(frame.clone(), phase);
         let x = family.unknowns(&now, p)?;
         let total = assembly.freedoms().1;
         let rods = x.len() - total;

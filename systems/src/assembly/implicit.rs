@@ -95,6 +95,10 @@ impl LinearisedStage {
         let mut by_velocity = DMatrix::zeros(total, total);
         let (mut power, mut loss) = (assembly.power_on_rods(&at.points), 0.0);
         power += with_rods.as_ref().map_or(0.0, |with| with.power);
+        let turning = at.points.iter().zip(&moving);
+        power += turning
+            .map(|(point, rates)| point.load_power(rates, 1.0))
+            .sum::<f64>();
         let spins = with_rods.as_ref().map_or(&[][..], |with| &with.spins);
         assembly.write_spin_rates(state, &at.points, &moving, spins, 1.0, &mut rates);
         let length = assembly.scales().0;

@@ -54,6 +54,7 @@ mod statics;
 mod stiffness;
 mod taut;
 mod viscous_layer;
+mod zero_modes;
 
 pub use attachment::{AttachedTo, Attachment, Joint};
 pub use body::{Body, BodyMotion};
@@ -77,3 +78,4 @@ pub use rod_element::{EndSlider, LightRod, Link, LinkEnd, LinkPoint, RodChart};
 pub use state::{ReactionPower, Reactions, RodMonitor, SlowedTime};
 pub use statics::{AssemblyEquilibrium, AssemblyRoute};
 pub use stiffness::Stiffness;
+pub use zero_modes::FreeMotion;

@@ -342,8 +342,8 @@ impl Assembly {
     /// Gives rods a mass that is treated to first order, one entry for each rod.
     ///
     /// # Errors
-    /// A mass or inertia that is not finite and positive; a rod under a load along it, or between two ball joints,
-    /// that is seen from a clamp that turns.
+    /// A mass or inertia that is not finite and positive; a rod under loads without a potential; a rod under a load
+    /// along it, or between two ball joints, that is seen from a clamp that turns.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
         let clamp_turns = self.clamp().is_some_and(Support::turns);
         for (k, light) in light.iter().enumerate() {
@@ -360,6 +360,9 @@ impl Assembly {
             };
             if !(*mass > 0.0 && mass.is_finite() && rotary.iter().all(|j| *j >= 0.0)) {
                 return refuse("its mass must be > 0, the inertia of its sections >= 0");
+            }
+            if link.has_turning() {
+                return refuse("it bears loads that turn with it, or couples along it");
             }
             let turns = link.distributed().is_some() || link.is_pinned();
             if clamp_turns && turns {

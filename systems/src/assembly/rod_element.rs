@@ -5,7 +5,9 @@ use super::body::BodyMotion;
 use super::rod_in_time::DriveAtChart;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
-use crate::rod::{DistributedLoad, LoadsWithoutPotential, Rod, SectionMass, Taut, Trace};
+use crate::rod::{
+    DistributedLoad, LoadPower, LoadsWithoutPotential, Rod, SectionMass, Taut, Trace, Wrench,
+};
 use crate::section::LawInTime;
 use crate::solve::warm_start::WarmStart;
 use nalgebra::{
@@ -37,7 +39,7 @@ pub struct Link {
     pub(super) clamp_turns: bool,
     pub(super) diameter: Option<f64>,
     pub(super) load: Option<LoadOnRod>,
-    /// Loads along the rod without a potential, at rest.
+    /// Loads along the rod without a potential.
     pub(super) turning: Option<TurningLoads>,
     /// Section law in time, if it varies; the field `rod` has the law of t = 0.
     pub(super) in_time: Option<Arc<LawInTime>>,
@@ -214,6 +216,9 @@ pub(super) enum EndKind {
         slack: Vector3<f64>,
         /// Derivative of the resultants by the turn of the attachment, if the rod is welded to it.
         turned: Option<SMatrix<f64, 9, 3>>,
+        /// Force of the chart by a displacement of the attachment, which moves the far end of the spring beside the
+        /// end.
+        pulled: f64,
     },
 }
 
@@ -232,6 +237,8 @@ pub(super) struct LoadTerms {
     pub force_turned: Matrix3<f64>,
     /// d(n(1) - n(0)) by the chart: of loads that turn with the rod.
     pub taken: SMatrix<f64, 3, 6>,
+    /// Power of loads without a potential, by the chart and by a turn of the base.
+    pub power: Option<LoadPower>,
     /// d(m(0), n(0)) by a turn of the base, for a taut rod.
     pub base: SMatrix<f64, 6, 3>,
     /// Derivative of the prescribed quantities, the rows of [`LinkEnd::jacobian`], by a turn of the base.
@@ -348,7 +355,8 @@ impl Link {
         Ok(self)
     }
 
-    /// Puts loads without a potential along the rod, counted from this link's base, for statics.
+    /// Puts loads without a potential along the rod, counted from this link's base. The rod keeps its chart by the base
+    /// wrench at every pull.
     ///
     /// # Errors
     /// A rod between two ball joints.
@@ -369,6 +377,11 @@ impl Link {
             None => self.from.at(0.0, &[]).pose,
         };
         base.rotation
+    }
+
+    /// Loads along the rod without a potential, their couples in the world.
+    pub fn turning(&self) -> Option<&LoadsWithoutPotential> {
+        self.turning.as_ref().map(|loads| &loads.world)
     }
 
     /// True if loads along the rod have no potential.
@@ -534,6 +547,14 @@ impl LinkEnd {
         }
     }
 
+    /// Force of the chart of a taut rod by a displacement of its attachment; 0 without a spring beside its end.
+    pub(super) fn pulled(&self) -> f64 {
+        match &self.kind {
+            EndKind::Taut { pulled, .. } => *pulled,
+            _ => 0.0,
+        }
+    }
+
     /// Direction of the chord of a rod between two ball joints, along the directors of its base.
     pub(super) fn chord(&self) -> Option<&Vector3<f64>> {
         match &self.kind {
@@ -607,6 +628,20 @@ impl LinkPoint {
             None => drive,
             Some(along) => drive - along.prescribed * self.base_spin(),
         }
+    }
+
+    /// Power, times `pace`, of the loads along the rod that have no potential; `rates` are those of the chart times
+    /// `pace`.
+    pub(super) fn load_power(&self, rates: &Wrench, pace: f64) -> f64 {
+        let Some(along) = &self.end.along else {
+            return 0.0;
+        };
+        along.power.map_or(0.0, |power| {
+            let velocity = self.base.pose.rotation.inverse() * halves(&self.base.twist).1;
+            let carried = (along.total - along.dead).dot(&velocity);
+            let turned = (power.by_turn * self.base_spin()).x;
+            (power.by_wrench * rates).x + (turned + carried) * pace
+        })
     }
 
     /// Spin of the base along its own directors.

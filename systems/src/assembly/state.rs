@@ -56,7 +56,7 @@ impl SlowedTime {
 /// Reactions on the bodies that depend on the motion, such as contact forces.
 pub trait Reactions {
     /// Adds to the wrenches (couple, force) on the bodies at their reference points, in the world. `free` are the
-    /// accelerations without the reactions. None where no reactions exist.
+    /// accelerations without the reactions. The result is None where no reactions exist.
     fn react(
         &self,
         at: &Evaluated,
@@ -432,6 +432,8 @@ impl Assembly {
             loss += added.loss;
         }
         let charts = self.charts(out);
+        let turning = points.iter().zip(&charts);
+        let turning: f64 = turning.map(|(point, by)| point.load_power(by, rate)).sum();
         self.write_spin_rates(state, points, &charts, &spins, rate, out);
         let solids = self.starts().take(self.solids().len());
         for ((start, carrier), wrench) in solids.zip(&wrenches) {
@@ -446,7 +448,11 @@ impl Assembly {
             power += driven;
             loss += lost;
         }
-        out.as_mut_slice()[self.time_slot()..].copy_from_slice(&[rate, power * rate, loss * rate]);
+        out.as_mut_slice()[self.time_slot()..].copy_from_slice(&[
+            rate,
+            power * rate + turning,
+            loss * rate,
+        ]);
         out.iter().all(|x| x.is_finite()).then_some(())
     }
 

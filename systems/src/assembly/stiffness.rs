@@ -67,7 +67,7 @@ impl LinkPoint {
         };
         if self.end.is_taut() {
             // Rate of the force beside the spring, whose far end moves along.
-            let pulled = halves(&twist).1 * (link.chart().spring() / link.rod().length());
+            let pulled = halves(&twist).1 * self.end.pulled();
             let mut force = q.fixed_rows_mut::<3>(3);
             force += pulled;
         }
@@ -129,8 +129,9 @@ impl LinkPoint {
         by
     }
 
-    /// Derivatives of the wrenches by twists of base and end at fixed chart: the wrenches turn with the base, and a
-    /// relative rotation of the ends changes the couples of a taut rod.
+    /// Derivatives of the wrenches by twists of base and end at fixed chart: the wrenches turn with the base. A
+    /// relative rotation of the ends changes the couples of a taut rod, and a displacement the force of the spring
+    /// beside its end.
     pub(super) fn wrenches_by_turns(&self) -> SMatrix<f64, 12, 12> {
         let mut by = SMatrix::<f64, 12, 12>::zeros();
         if let Some(along) = self.end.chord() {
@@ -155,6 +156,11 @@ impl LinkPoint {
             let between = self.wrenches_of(turned) * back.matrix();
             by.fixed_columns_mut::<3>(0).copy_from(&-between);
             by.fixed_columns_mut::<3>(6).copy_from(&between);
+        }
+        let pulled = self.end.pulled();
+        if pulled != 0.0 {
+            let by_force = self.wrenches_by_chart().fixed_columns::<3>(3).into_owned();
+            by += by_force * self.relative_by_twists().fixed_rows::<3>(3) * pulled;
         }
         for (i, wrench) in self.wrenches().iter().enumerate() {
             let (m, n) = halves(wrench);
@@ -463,7 +469,16 @@ impl Assembly {
         let points = self.points(t, &now.bodies, &now.charts, tolerance)?;
         let negative = match self.stiffness(t, &now.bodies, &points) {
             _ if self.freedoms().1 == 0 => 0,
-            Ok(stiffness) => self.negative(&stiffness.matrix, tolerance),
+            Ok(stiffness) => {
+                let mut matrix = stiffness.matrix;
+                // Motions that cost nothing by a symmetry count as held, whatever rounding makes of them.
+                let free = self.free_displacements(now, &points);
+                let size = matrix.amax();
+                for z in free.column_iter() {
+                    matrix += z * z.transpose() * (size / z.norm_squared().max(f64::MIN_POSITIVE));
+                }
+                self.negative(&matrix, tolerance)
+            }
             Err(_) => {
                 // The index does not depend on the masses: nodes count with a mass of their own.
                 let all: Vec<usize> = (0..self.freedoms().1).collect();

@@ -30,6 +30,8 @@ use std::sync::Arc;
 /// mass. The mass needs squares of the end's sensitivities, and loses twice the digits.
 const TAUT: [f64; 2] = [100.0, 36.0];
 const SLACK: [f64; 2] = [64.0, 25.0];
+/// Pull above which a rod at rest under a load along it is charted as taut: its force is greatest at the ends.
+const LOADED: f64 = 49.0;
 
 /// Number of sample points of the force along a rod.
 const PARTS: usize = 16;
@@ -117,7 +119,15 @@ impl Link {
             self.pull(q, held, gathered.as_ref().map(|gathered| gathered as _))
         };
         match self.chart {
-            RodChart::ByPull { .. } => pull() > TAUT[usize::from(self.mass.is_some())],
+            RodChart::ByPull { .. } => {
+                let from = TAUT[usize::from(self.mass.is_some())];
+                pull()
+                    > if self.is_loaded() {
+                        from.min(LOADED)
+                    } else {
+                        from
+                    }
+            }
             chart => chart.is_taut(),
         }
     }
@@ -131,6 +141,34 @@ impl Link {
             return self.end(q, tolerance);
         }
         let found = self.solve_taut(q, held, tolerance)?;
+        Ok(self.taut_end(q, held, found))
+    }
+
+    /// [`Link::held`] of a rod that differs little from the evaluated one `known` at the same chart point, for
+    /// differences: a taut rod to first order, without derivatives.
+    ///
+    /// # Errors
+    /// As [`Link::held`].
+    pub(super) fn held_beside(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        known: &LinkEnd,
+        tolerance: f64,
+    ) -> Result<LinkEnd> {
+        let Some(taut) = known.taut() else {
+            return self.held(q, held, tolerance);
+        };
+        let base = q.component_mul(&self.units());
+        let (tip, spring) = (self.taut_tip(held), self.spring_beside(held));
+        let load = self.taut_load();
+        let found = self
+            .rod
+            .taut_to_first_order(&base, &tip, &spring, load, taut)?;
+        Ok(self.taut_end(q, held, Arc::new(found)))
+    }
+
+    fn taut_end(&self, q: &Wrench, held: &Isometry3<f64>, found: Arc<Taut>) -> LinkEnd {
         let units = self.units();
         let (couple, force) = (units[0], units[3]);
         let (by_force, by_tip) = (&found.by_force, &found.by_tip);
@@ -187,6 +225,7 @@ impl Link {
                 turned: SMatrix::zeros(),
                 force_turned: -total.cross_matrix(),
                 taken: SMatrix::zeros(),
+                power: None,
                 base: SMatrix::zeros(),
                 prescribed: SMatrix::zeros(),
             };
@@ -203,7 +242,7 @@ impl Link {
             }
             along
         });
-        Ok(LinkEnd {
+        LinkEnd {
             pose: found.end.pose(),
             base_couple: m,
             couple: found.end.couple,
@@ -218,7 +257,25 @@ impl Link {
                 slack: m - halves(q).0 * couple,
                 rod: found,
                 turned,
+                pulled: self.chart.spring() / self.rod.length(),
             },
+        }
+    }
+
+    fn taut_tip(&self, held: &Isometry3<f64>) -> Tip {
+        match self.joint() {
+            Joint::Weld => Tip::Turned(*held.rotation.to_rotation_matrix().matrix()),
+            Joint::Ball => Tip::Loaded {
+                couple: Vector3::zeros(),
+                arm: Vector3::zeros(),
+            },
+        }
+    }
+
+    fn taut_load(&self) -> Option<TautLoad<'_>> {
+        self.borne().map(|along| TautLoad {
+            along,
+            turns: self.base_turns(),
         })
     }
 
@@ -236,20 +293,11 @@ impl Link {
         held: &Isometry3<f64>,
         tolerance: f64,
     ) -> Result<Arc<Taut>> {
-        let tip = match self.joint() {
-            Joint::Weld => Tip::Turned(*held.rotation.to_rotation_matrix().matrix()),
-            Joint::Ball => Tip::Loaded {
-                couple: Vector3::zeros(),
-                arm: Vector3::zeros(),
-            },
-        };
+        let tip = self.taut_tip(held);
         let base = q.component_mul(&self.units());
         let spring = self.spring_beside(held);
         let last = self.last_taut.last();
-        let load = self.borne().map(|along| TautLoad {
-            along,
-            turns: self.base_turns(),
-        });
+        let load = self.taut_load();
         let begun = |start: Option<&Taut>| {
             let found = self
                 .rod
@@ -293,7 +341,7 @@ impl Link {
             return self.rod.taut_shape(&found, at, tolerance);
         }
         let base = q.component_mul(&self.units());
-        if self.load.is_some() {
+        if self.is_loaded() {
             let at: Vec<f64> = at.iter().map(|s| s / self.rod.length()).collect();
             return self.base_wrench_problem(tolerance)?.sections(&base, &at);
         }

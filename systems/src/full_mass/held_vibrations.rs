@@ -20,8 +20,8 @@ use crate::elastica::FoldNormalForm;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
 use crate::rod::{Rod, RodSection, SectionMass, Wrench};
-use crate::section::Strain;
 use crate::section::rate::RateLaw;
+use crate::section::{MassAlong, Strain};
 use crate::solve::difference_step::Steps;
 use crate::viscoelastic::grid::{Grid, more};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
@@ -34,6 +34,8 @@ pub struct Massive {
     law: Law,
     /// Mass, and inertia of the sections; 0 for sections without rotary inertia.
     pub sections: SectionMass,
+    /// Variation of both along the rod.
+    along: Option<MassAlong>,
 }
 
 /// A vibration of a rod whose ends are held.
@@ -86,7 +88,21 @@ impl Massive {
         Ok(Self {
             law: Law::new(elastic, friction, &active)?.along(rod.length()),
             sections,
+            along: rod.mass_along().cloned(),
         })
+    }
+
+    /// Mass and rotary inertia of the section at s in [0, 1], per length over that of the rod.
+    fn inertia_at(&self, s: f64) -> (f64, Vector3<f64>) {
+        let SectionMass { mass, rotary } = self.sections;
+        let rotary = rotary * self.law.length();
+        match &self.along {
+            None => (mass, rotary),
+            Some(along) => (
+                mass * along.density().at(s),
+                along.rotary(s).component_mul(&rotary),
+            ),
+        }
     }
 }
 
@@ -116,7 +132,7 @@ pub fn held_modes(
         curve: Curve::Space,
         mass: massive.sections.mass,
         rotary: (rotary.norm() > 0.0).then(|| Matrix3::from_diagonal(&rotary)),
-        along: None,
+        along: massive.along.clone(),
         grain: PointMass::new(1.0)?,
         distributed: link.distributed().map(|load| load.mapped(|f| back * f)),
         turning: None,
@@ -272,10 +288,9 @@ pub fn resistance(
         let along = z.rates(&here, places)?;
         let against = y.map(|y| y.rates(&here, places)).transpose()?;
         let against = against.as_ref().unwrap_or(&along);
-        let rotary = massive.sections.rotary * law.length();
-        let kinetic = |a: &Swept, b: &Swept| {
-            massive.sections.mass * a.velocity.dot(&b.velocity)
-                + a.spin.dot(&rotary.component_mul(&b.spin))
+        let kinetic = |s: f64, a: &Swept, b: &Swept| {
+            let (mass, rotary) = massive.inertia_at(s);
+            mass * a.velocity.dot(&b.velocity) + a.spin.dot(&rotary.component_mul(&b.spin))
         };
         // Pairs (y, z), (y, spin), (spin, z), (spin, spin).
         let mut masses = [0.0; 4];
@@ -294,7 +309,7 @@ pub fn resistance(
             });
             let pairs = [(y, z), (y, &spun), (&spun, z), (&spun, &spun)];
             for (sum, (a, b)) in masses.iter_mut().zip(pairs) {
-                *sum += weight * kinetic(a, b);
+                *sum += weight * kinetic(*s, a, b);
             }
         }
         let spinning = if masses[3] > IDLE * masses[0].abs() {

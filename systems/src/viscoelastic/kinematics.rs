@@ -1,6 +1,7 @@
 //! Kinematics of a rod from its strains: shape, pose of the end, and resultants of an end wrench at the sections.
 
 use super::grid::Grid;
+use super::loads_at_nodes::{LoadsAtNodes, TurningAtNode};
 use super::material::Constant;
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
 use std::fmt::Debug;
@@ -10,8 +11,16 @@ pub type Local<const M: usize> = SVector<f64, M>;
 /// A quantity of the end: velocity, or wrench.
 pub type AtEnd<const D: usize> = SVector<f64, D>;
 
-/// Pose of an end, and dissipation of its rod per time; None while unknown.
-pub type EndAndDissipation<P> = Option<(P, f64)>;
+/// End of a rod in a state, and powers of the rod.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EndAndPowers<P> {
+    /// Pose of the end.
+    pub pose: P,
+    /// Energy dissipated per time.
+    pub dissipated: f64,
+    /// Power of loads along the rod without a potential, and of a law in time.
+    pub driven: f64,
+}
 
 /// Effect of a dead load along a rod: local resultants g at the nodes, beside those of the end wrench, and potential
 /// -int f.r.
@@ -26,7 +35,7 @@ pub struct Borne<const M: usize> {
 /// Rods with `M` strains at a section and an end with `D` velocities.
 ///
 /// The rod leaves its clamp at s = 0 and has length 1. All fields are given at the nodes of a [`Grid`], in their order.
-pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
+pub trait Kinematics<const M: usize, const D: usize>: Debug + Clone + Send + Sync {
     /// Shape of the rod: the quantities that the strains determine at the nodes and at the end.
     type Shape: Debug + Clone + Default;
 
@@ -71,14 +80,14 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         out: &mut DMatrix<f64>,
     );
 
-    /// Resultants (couple, force) along the directors at the nodes under the end wrench `w` and a dead load `force` per
-    /// length at the nodes, those of rigid strains among them.
+    /// Resultants (couple, force) along the directors at the nodes under the end wrench `w` and loads at the nodes,
+    /// those of rigid strains among them.
     fn resultants(
         &self,
         grid: &Grid,
         shape: &Self::Shape,
         w: &AtEnd<D>,
-        force: Option<&[Vector3<f64>]>,
+        loads: Option<&LoadsAtNodes>,
     ) -> Vec<Vector6<f64>>;
 
     /// Effect on the rod of a dead load `force` per length at the nodes, in the frame of the clamp.
@@ -92,6 +101,22 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         force: &[Vector3<f64>],
         out: &mut DMatrix<f64>,
     );
+
+    /// Local resultants g at the nodes of loads without a potential. Their power is sum_i weight_i g_i.e_t. Rods in
+    /// space alone bear such loads.
+    fn turned(&self, _: &Grid, _: &Self::Shape, _: &[TurningAtNode]) -> Vec<Local<M>> {
+        Vec::new()
+    }
+
+    /// Adds d g_i/d e_j of those loads to the block (i, j) of `out`.
+    fn turned_stiffness(
+        &self,
+        _: &Grid,
+        _: &Self::Shape,
+        _: &[TurningAtNode],
+        _: &mut DMatrix<f64>,
+    ) {
+    }
 
     /// d(sum_i weight_i Q_i^T rate_i)/d e_j at fixed `rates`, in column block j of `out`, of size D x (n M).
     fn convection(
@@ -118,7 +143,7 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         _law: Option<&Constant<M>>,
         _states: &[(&[f64], AtEnd<D>)],
         _out: &mut [&mut [f64]],
-        _ends: &mut [EndAndDissipation<Self::Pose>],
+        _ends: &mut [Option<EndAndPowers<Self::Pose>>],
         _room: &mut Self::Room,
     ) -> bool {
         false

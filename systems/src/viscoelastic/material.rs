@@ -1,12 +1,14 @@
 //! A viscoelastic section law in the units of the rod, restricted to the strains that can change.
 
 use super::kinematics::Local;
+use super::loads_at_nodes::LoadsAtNodes;
 use crate::error::{Error, Result};
 use crate::math::small_matrices::{add_times, times};
-use crate::rod::DistributedLoad;
-use crate::section::Strain;
+use crate::rod::{DistributedLoad, LoadsWithoutPotential};
 use crate::section::rate::Viscoelastic;
-use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
+use crate::section::{LawInTime, Strain};
+use nalgebra::{Matrix6, SMatrix, Vector6};
+use std::sync::Arc;
 
 /// A viscoelastic section law in the units of the rod ([`Viscoelastic::law_in_units`]), reduced to `M` free strains.
 #[derive(Debug, Clone)]
@@ -20,6 +22,10 @@ pub struct Material<const M: usize> {
     branches: Vec<MaxwellBranch<M>>,
     /// Dead load on the rod, in the frame of the clamp.
     load: Option<DistributedLoad>,
+    /// Loads on the rod without a potential, their dead couples in the frame of the clamp.
+    turning: Option<LoadsWithoutPotential>,
+    /// The elastic law of every moment, where tensions or rest strains are histories in time.
+    in_time: Option<Arc<LawInTime>>,
 }
 
 /// A uniform linear law without memory: e_t = fluidity (resultants - stiffness (e - rest)).
@@ -80,6 +86,8 @@ impl<const M: usize> Material<M> {
             hoisted: None,
             branches: Vec::new(),
             load: None,
+            turning: None,
+            in_time: None,
             law,
         };
         material.branches = material
@@ -122,6 +130,7 @@ impl<const M: usize> Material<M> {
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.law.breaks();
         breaks.extend(self.load.iter().flat_map(DistributedLoad::breaks));
+        breaks.extend(self.turning.iter().flat_map(LoadsWithoutPotential::breaks));
         breaks.retain(|s| *s > 1e-12 && *s < 1.0 - 1e-12);
         breaks.sort_by(f64::total_cmp);
         breaks.dedup_by(|a, b| *a - *b < 1e-12);
@@ -135,10 +144,58 @@ impl<const M: usize> Material<M> {
         self
     }
 
-    /// Force per length of the load at points in [0, 1]; None without a load.
-    pub fn load_at(&self, places: &[f64]) -> Option<Vec<Vector3<f64>>> {
-        let load = self.load.as_ref()?;
-        Some(places.iter().map(|s| load.density(*s)).collect())
+    /// Sets the loads along the rod that have no potential, in the frame of the clamp and the units of the rod. Loads
+    /// at single places are left out: no node is there.
+    #[must_use]
+    pub fn turned_by(mut self, loads: Option<LoadsWithoutPotential>) -> Self {
+        self.turning = loads;
+        self
+    }
+
+    /// Loads at points in [0, 1]; None without a load.
+    pub fn loads_at(&self, places: &[f64]) -> Option<LoadsAtNodes> {
+        LoadsAtNodes::new(self.load.as_ref(), self.turning.as_ref(), places)
+    }
+
+    /// Lets the elastic law vary in time. The law given before is that at the time 0, in the same units.
+    #[must_use]
+    pub fn with_law_in_time(mut self, law: Option<LawInTime>) -> Self {
+        if law.is_some() {
+            self.hoisted = None;
+        }
+        self.in_time = law.map(Arc::new);
+        self
+    }
+
+    /// True if the elastic law varies in time.
+    pub fn varies_in_time(&self) -> bool {
+        self.in_time.is_some()
+    }
+
+    /// First time after `t` at which the law does not vary smoothly.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let in_time = self.in_time.as_ref();
+        in_time.map_or(f64::INFINITY, |law| law.next_break(t))
+    }
+
+    /// The material with the law of the time `t`; None where it is not defined.
+    pub fn seen_at(&self, t: f64) -> Option<Self> {
+        let mut seen = self.clone();
+        if let Some(in_time) = &self.in_time {
+            seen.law.elastic = in_time.at(t).ok()?;
+        }
+        Some(seen)
+    }
+
+    /// Power per length at s of what changes the law in time, at fixed strains; None outside the law's domain.
+    pub fn drive_power(&self, s: f64, e: &Local<M>) -> Option<f64> {
+        if self.in_time.is_none() {
+            return Some(0.0);
+        }
+        let (law, e) = (&self.law.elastic, self.all(e));
+        let resultants = law.free(s, &e).ok()?.resultants;
+        let rates = law.rates(s, &e, &resultants).ok()?;
+        Some(rates.map_or(0.0, |rates| rates.power))
     }
 
     /// True if the rates are proportional to the overstress.

@@ -31,6 +31,7 @@ pub mod end_pose;
 pub mod grid;
 pub mod kernel;
 pub mod kinematics;
+pub mod loads_at_nodes;
 pub mod material;
 pub mod plane;
 pub mod reduced;

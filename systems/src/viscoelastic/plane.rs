@@ -5,6 +5,7 @@
 
 use super::grid::Grid;
 use super::kinematics::{AtEnd, Borne, Kinematics, Local};
+use super::loads_at_nodes::LoadsAtNodes;
 use nalgebra::{DMatrix, SMatrix, Vector1, Vector2, Vector3, Vector6};
 
 /// The kinematics of an inextensible rod in a plane, clamped along +x, with a point mass on its end.
@@ -89,9 +90,12 @@ impl Kinematics<1, 2> for Plane {
         grid: &Grid,
         shape: &PlaneShape,
         w: &AtEnd<2>,
-        force: Option<&[Vector3<f64>]>,
+        loads: Option<&LoadsAtNodes>,
     ) -> Vec<Vector6<f64>> {
-        let borne = force.map(|f| (self.borne(grid, shape, f).resultants, beyond(grid, f)));
+        let borne = loads.map(|loads| {
+            let f = &loads.dead;
+            (self.borne(grid, shape, f).resultants, beyond(grid, f))
+        });
         let node = |i: usize| {
             let (mut couple, mut n) = (shape.lever(i).dot(w), *w);
             if let Some((couples, forces)) = &borne {

@@ -5,15 +5,16 @@
 //! ```text
 //! sum_i weight_i Q_i^T R(e_i, Q_i w1 - S_i) = V.
 //! ```
-//! A dead load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i. The
-//! left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV
+//! A load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i. The left
+//! side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV
 //! (5.10). Laws that are linear in the overstress take one solve, others Newton's method with a line search.
 
 use super::grid::Grid;
-use super::kinematics::{AtEnd, EndAndDissipation, Kinematics, Local};
+use super::kinematics::{AtEnd, EndAndPowers, Kinematics, Local};
+use super::loads_at_nodes::LoadsAtNodes;
 use super::material::Material;
 use crate::math::small_matrices::{add_times, add_transposed_times, times};
-use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use std::sync::Arc;
 
 /// A viscoelastic rod on a grid.
@@ -44,6 +45,8 @@ pub struct Configuration<S, const M: usize, const D: usize> {
     pub energy: f64,
     /// Potential of a load along the rod.
     pub potential: f64,
+    /// Resultants of loads along the rod that have no potential; empty without such loads.
+    pub turning: Vec<Local<M>>,
 }
 
 /// Wrench, rates and overstress of the rod at one moment.
@@ -202,75 +205,105 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             at.transfer.push(self.kinematics.transfer(&at.shape, i));
         }
         at.potential = 0.0;
-        if let Some(force) = self.material.load_at(self.grid.nodes()) {
-            let borne = self.kinematics.borne(&self.grid, &at.shape, &force);
+        at.turning.clear();
+        if let Some(loads) = self.material.loads_at(self.grid.nodes()) {
+            let borne = self.kinematics.borne(&self.grid, &at.shape, &loads.dead);
             at.potential = borne.potential;
-            for (taken, g) in at.taken.iter_mut().zip(&borne.resultants) {
-                *taken -= g;
+            at.turning = self.turned(&at.shape, &loads);
+            for g in [&borne.resultants, &at.turning] {
+                for (taken, g) in at.taken.iter_mut().zip(g) {
+                    *taken -= g;
+                }
             }
         }
         at.energy.is_finite().then_some(())
     }
 
     /// Rates in several states under their end wrenches. The head of each of `out` receives the rates of strains and
-    /// memory, `ends` the pose of the end and the dissipation per time. Each state begins with its strains, node by
+    /// memory, `ends` the pose of the end and the powers of the rod. Each state begins with its strains, node by
     /// node, and continues with those of its dashpots, branch by branch. None outside the law's domain, and if a
     /// strain is not finite.
     pub fn flowing(
         &self,
         states: &[(&[f64], AtEnd<D>)],
         out: &mut [&mut [f64]],
-        ends: &mut [EndAndDissipation<K::Pose>],
+        ends: &mut [Option<EndAndPowers<K::Pose>>],
         room: &mut Workspace<K, M, D>,
     ) -> Option<()> {
-        let force = self.material.load_at(self.grid.nodes());
+        let loads = self.material.loads_at(self.grid.nodes());
         let law = self.material.constant();
-        let together = force.is_none()
+        let together = loads.is_none()
             && (self.kinematics).loaded(&self.grid, law, states, out, ends, &mut room.shaping);
         if together && law.is_some() {
             return Some(());
         }
         for (((state, w), out), end) in states.iter().zip(out).zip(ends) {
             let pose = match end.take().filter(|_| together) {
-                Some((pose, _)) => pose,
-                None => self.loaded(state, w, force.as_deref(), out, room)?,
+                Some(end) => end.pose,
+                None => self.loaded(state, w, loads.as_ref(), out, room)?,
             };
-            *end = Some((pose, self.flowing_under(state, out)?));
+            *end = Some(self.flowing_under(pose, state, &room.at.turning, out)?);
         }
         Some(())
     }
 
-    /// Pose of the end in a state; the head of `out` receives the resultants at the nodes of the end wrench and a
-    /// force along the rod.
+    /// Pose of the end in a state; the head of `out` receives the resultants at the nodes of the end wrench and the
+    /// loads along the rod.
     fn loaded(
         &self,
         state: &[f64],
         w: &AtEnd<D>,
-        force: Option<&[Vector3<f64>]>,
+        loads: Option<&LoadsAtNodes>,
         out: &mut [f64],
         room: &mut Workspace<K, M, D>,
     ) -> Option<K::Pose> {
-        let Configuration { strains, shape, .. } = &mut room.at;
+        let Configuration {
+            strains,
+            shape,
+            turning,
+            ..
+        } = &mut room.at;
         let places = state.chunks_exact(M).take(self.grid.len());
         strains.clear();
         strains.extend(places.map(Local::<M>::from_column_slice));
         (self.kinematics).reshape(&self.grid, strains, shape, &mut room.shaping)?;
-        let borne = force.map(|force| self.kinematics.borne(&self.grid, shape, force));
+        turning.clear();
+        let borne = loads.map(|loads| {
+            *turning = self.turned(shape, loads);
+            self.kinematics.borne(&self.grid, shape, &loads.dead)
+        });
         for (i, place) in out.chunks_exact_mut(M).take(strains.len()).enumerate() {
             let mut local = times(&self.kinematics.transfer(shape, i), w);
             if let Some(borne) = &borne {
                 local += borne.resultants[i];
+            }
+            if let Some(g) = turning.get(i) {
+                local += g;
             }
             place.copy_from_slice(local.as_slice());
         }
         Some(self.kinematics.pose(shape))
     }
 
-    /// Replaces the resultants at the nodes by the rates of strains and memory of a state; returns the dissipation
-    /// per time.
-    fn flowing_under(&self, state: &[f64], out: &mut [f64]) -> Option<f64> {
+    /// Resultants of the loads without a potential; empty without such loads.
+    fn turned(&self, shape: &K::Shape, loads: &LoadsAtNodes) -> Vec<Local<M>> {
+        if loads.turning.is_empty() {
+            return Vec::new();
+        }
+        (self.kinematics).turned(&self.grid, shape, &loads.turning)
+    }
+
+    /// Replaces the resultants at the nodes by the rates of strains and memory of a state; returns the end, which has
+    /// this pose, with the powers of the rod. `turning` are the resultants of loads without a potential.
+    fn flowing_under(
+        &self,
+        pose: K::Pose,
+        state: &[f64],
+        turning: &[Local<M>],
+        out: &mut [f64],
+    ) -> Option<EndAndPowers<K::Pose>> {
         let n = self.grid.len() * M;
-        let mut dissipated = 0.0;
+        let (mut dissipated, mut driven) = (0.0, 0.0);
         let nodes = self.grid.nodes().iter().zip(self.grid.weights());
         for (i, (s, weight)) in nodes.enumerate() {
             let at = |k: usize| k * n + i * M..k * n + (i + 1) * M;
@@ -287,9 +320,38 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             let (rate, overstress) = self.material.flowing(*s, &e, &left)?;
             density += overstress.dot(&rate);
             dissipated += weight * density;
+            driven += weight * self.driven_at(i, &e, turning, &rate)?;
             out[at(0)].copy_from_slice(rate.as_slice());
         }
-        Some(dissipated)
+        Some(EndAndPowers {
+            pose,
+            dissipated,
+            driven,
+        })
+    }
+
+    /// Power per length at node i of the loads without a potential and of a law in time.
+    fn driven_at(
+        &self,
+        i: usize,
+        e: &Local<M>,
+        turning: &[Local<M>],
+        rate: &Local<M>,
+    ) -> Option<f64> {
+        let turned = turning.get(i).map_or(0.0, |g| g.dot(rate));
+        Some(turned + self.material.drive_power(self.grid.nodes()[i], e)?)
+    }
+
+    /// Power of the loads along the rod that have no potential, and of a law in time; None outside the law's domain.
+    pub fn driven(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> Option<f64> {
+        if at.turning.is_empty() && !self.material.varies_in_time() {
+            return Some(0.0);
+        }
+        let nodes = self.grid.weights().iter().zip(&at.strains);
+        let mut nodes = nodes.zip(&flow.rates).enumerate();
+        nodes.try_fold(0.0, |sum, (i, ((weight, e), rate))| {
+            Some(sum + weight * self.driven_at(i, e, &at.turning, rate)?)
+        })
     }
 
     /// Wrench and rates for the velocity `v` of the end; None where a law has no answer.
@@ -467,9 +529,13 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         let mut drift = DMatrix::zeros(n * M, n * M);
         self.kinematics
             .load_stiffness(&self.grid, &at.shape, &flow.wrench, &mut drift);
-        if let Some(force) = self.material.load_at(self.grid.nodes()) {
+        if let Some(loads) = self.material.loads_at(self.grid.nodes()) {
             self.kinematics
-                .borne_stiffness(&self.grid, &at.shape, &force, &mut drift);
+                .borne_stiffness(&self.grid, &at.shape, &loads.dead, &mut drift);
+            if !loads.turning.is_empty() {
+                self.kinematics
+                    .turned_stiffness(&self.grid, &at.shape, &loads.turning, &mut drift);
+            }
         }
         let own = self.own(at, flow)?;
         for (i, (own, fluidity)) in own.iter().zip(&flow.fluidity).enumerate() {

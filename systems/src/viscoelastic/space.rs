@@ -11,9 +11,11 @@
 mod distributed_load;
 mod rotations;
 mod stages8;
+mod turning_load;
 
 use super::grid::{Element, Grid};
-use super::kinematics::{AtEnd, Borne, EndAndDissipation, Kinematics, Local};
+use super::kinematics::{AtEnd, Borne, EndAndPowers, Kinematics, Local};
+use super::loads_at_nodes::{LoadsAtNodes, TurningAtNode};
 use super::material::Constant;
 use crate::math::se3::{Turn, frame, identity, join, spin, unit};
 use crate::math::small_matrices::{add_times, times};
@@ -308,7 +310,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         law: Option<&Constant<M>>,
         states: &[(&[f64], AtEnd<D>)],
         out: &mut [&mut [f64]],
-        ends: &mut [EndAndDissipation<Isometry3<f64>>],
+        ends: &mut [Option<EndAndPowers<Isometry3<f64>>>],
         room: &mut Room,
     ) -> bool {
         let law = law.map(|law| Flowing {
@@ -341,8 +343,11 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 return false;
             }
             for (end, there) in ends.iter_mut().zip(reached) {
-                let at = pose(there.place.into(), &there.turn.into());
-                *end = Some((at, there.dissipated));
+                *end = Some(EndAndPowers {
+                    pose: pose(there.place.into(), &there.turn.into()),
+                    dissipated: there.dissipated,
+                    driven: 0.0,
+                });
             }
         }
         true
@@ -437,10 +442,20 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         grid: &Grid,
         curve: &FramedCurve,
         w: &AtEnd<D>,
-        force: Option<&[Vector3<f64>]>,
+        loads: Option<&LoadsAtNodes>,
     ) -> Vec<Vector6<f64>> {
         let (couple, n) = Self::wrench(w);
-        let beyond = force.map(|force| distributed_load::resultants(grid, curve, force));
+        let beyond = loads.map(|loads| {
+            let mut beyond = distributed_load::resultants(grid, curve, &loads.dead);
+            if !loads.turning.is_empty() {
+                let turned = turning_load::resultants(grid, curve, &loads.turning);
+                for (sum, more) in beyond.iter_mut().zip(turned) {
+                    sum[0] += more[0];
+                    sum[1] += more[1];
+                }
+            }
+            beyond
+        });
         let node = |(i, directors): (usize, &Matrix3<f64>)| {
             let mut here = [couple + curve.arm(i).cross(&n), n];
             if let Some(beyond) = &beyond {
@@ -464,6 +479,20 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         out: &mut DMatrix<f64>,
     ) {
         distributed_load::add_stiffness::<M>(grid, curve, force, out);
+    }
+
+    fn turned(&self, grid: &Grid, curve: &FramedCurve, loads: &[TurningAtNode]) -> Vec<Local<M>> {
+        distributed_load::local(curve, &turning_load::resultants(grid, curve, loads))
+    }
+
+    fn turned_stiffness(
+        &self,
+        grid: &Grid,
+        curve: &FramedCurve,
+        loads: &[TurningAtNode],
+        out: &mut DMatrix<f64>,
+    ) {
+        turning_load::add_stiffness::<M>(grid, curve, loads, out);
     }
 
     /// Let a = R u_t, b = R v_t, x = r(1) - r, and C, P the sums of weight_i A_ij times a and a x r - b. The columns

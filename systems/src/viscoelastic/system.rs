@@ -31,10 +31,11 @@ use crate::body::EndBody;
 use crate::math::small_matrices::times;
 use crate::solve::system::System;
 use crate::viscoelastic::end_pose;
-use crate::viscoelastic::kinematics::{AtEnd, Kinematics, Local};
+use crate::viscoelastic::kinematics::{AtEnd, EndAndPowers, Kinematics, Local};
 use crate::viscoelastic::reduced::{Configuration, Flow, Linear, Reduced, Workspace, loose};
 use linear::relaxation;
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::slice;
 use std::sync::Arc;
@@ -153,6 +154,24 @@ where
     K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
 {
+    /// The rod with the section law of the time of a state; None where the law is not defined.
+    fn rod_at(&self, y: &DVector<f64>) -> Option<Cow<'_, Reduced<K, M, D>>> {
+        if !self.rod.material.varies_in_time() {
+            return Some(Cow::Borrowed(&self.rod));
+        }
+        let material = self.rod.material.seen_at(y[self.layout().time()])?;
+        Some(Cow::Owned(Reduced {
+            material,
+            ..self.rod.clone()
+        }))
+    }
+
+    /// First time after `t` at which a load, a support or the section law is not smooth.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let law = self.rod.material.next_break(t);
+        self.body.next_break(t).min(law)
+    }
+
     /// Layout of the system's states.
     pub fn layout(&self) -> Layout {
         Layout {
@@ -213,9 +232,11 @@ where
         h: f64,
     ) -> Hold {
         let nodes = self.rod.grid.nodes().iter().zip(&at.strains);
+        let rod = self.rod_at(y);
+        let tangent = |s: f64, e: &Local<M>| rod.as_ref()?.material.tangent(s, e);
         let strains = nodes
             .zip(&flow.fluidity)
-            .filter_map(|((s, e), c)| Some(times(c, &self.rod.material.tangent(*s, e)?).norm()))
+            .filter_map(|((s, e), c)| Some(times(c, &tangent(*s, e)?).norm()))
             .fold(0.0, f64::max);
         let pose = self.rod.kinematics.pose(&at.shape);
         let time = y[self.layout().time()];
@@ -240,7 +261,12 @@ where
     }
 
     /// Sets the configuration in the workspace to that of a state.
-    fn configure(&self, y: &DVector<f64>, room: &mut Workspace<K, M, D>) -> Option<()> {
+    fn configure(
+        &self,
+        rod: &Reduced<K, M, D>,
+        y: &DVector<f64>,
+        room: &mut Workspace<K, M, D>,
+    ) -> Option<()> {
         let layout = self.layout();
         let (strains, memory) = y.as_slice()[..layout.velocity()].split_at(layout.field());
         let refill = |field: &mut Vec<Local<M>>, values: &[f64]| {
@@ -252,7 +278,7 @@ where
         for (field, values) in (room.at.memory.iter_mut()).zip(memory.chunks(layout.field())) {
             refill(field, values);
         }
-        self.rod.configure(&mut room.at, &mut room.shaping)
+        rod.configure(&mut room.at, &mut room.shaping)
     }
 
     fn place<'y>(&self, y: &'y DVector<f64>) -> &'y [f64] {
@@ -263,6 +289,7 @@ where
     /// Writes the rates of all components of a state but the end wrench.
     fn write_slope(
         &self,
+        rod: &Reduced<K, M, D>,
         y: &DVector<f64>,
         at: &Configuration<K::Shape, M, D>,
         flow: &Flow<M, D>,
@@ -285,7 +312,12 @@ where
             }
         }
         let pose = self.rod.kinematics.pose(&at.shape);
-        self.write_body(y, &pose, &flow.wrench, self.rod.dissipated(at, flow), slots);
+        let end = EndAndPowers {
+            pose,
+            dissipated: rod.dissipated(at, flow),
+            driven: rod.driven(at, flow)?,
+        };
+        self.write_body(y, &end, &flow.wrench, slots);
         slots[..layout.wrench()]
             .iter()
             .all(|x| x.is_finite())
@@ -296,18 +328,17 @@ where
     fn write_body(
         &self,
         y: &DVector<f64>,
-        pose: &K::Pose,
+        end: &EndAndPowers<K::Pose>,
         wrench: &AtEnd<D>,
-        dissipated: f64,
         slots: &mut [f64],
     ) {
         let layout = self.layout();
         let (time, velocity) = (layout.time(), self.velocity(y));
-        let motion = self.body.motion(y[time], pose, &velocity, &-wrench);
+        let motion = self.body.motion(y[time], &end.pose, &velocity, &-wrench);
         slots[layout.velocity()..time].copy_from_slice(motion.acceleration.as_slice());
         slots[time] = 1.0;
-        slots[time + 1] = dissipated;
-        slots[time + 2] = motion.power;
+        slots[time + 1] = end.dissipated;
+        slots[time + 2] = motion.power + end.driven;
         slots[time + 3] = motion.loss;
         end_pose::rates(
             self.place(y),
@@ -316,21 +347,20 @@ where
         );
     }
 
-    /// Completes [`System::balance`] of [`Hold::Place`] beside the rates of strains and memory, from the pose of the
-    /// end and the rod's dissipation.
+    /// Completes [`System::balance`] of [`Hold::Place`] beside the rates of strains and memory, from the end and the
+    /// powers of the rod.
     fn held(
         &self,
         y: &DVector<f64>,
-        pose: &K::Pose,
-        dissipated: f64,
+        end: &EndAndPowers<K::Pose>,
         out: &mut DVector<f64>,
     ) -> Option<()> {
         let (layout, slots) = (self.layout(), out.as_mut_slice());
         let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
-        self.write_body(y, pose, &wrench, dissipated, slots);
+        self.write_body(y, end, &wrench, slots);
         let mut reached = [0.0; 7];
         let reached = &mut reached[..K::PLACE];
-        K::place(pose, reached);
+        K::place(&end.pose, reached);
         let gap = end_pose::gap::<D>(self.place(y), reached);
         slots[layout.wrench()..].copy_from_slice(gap.as_slice());
         slots.iter().all(|x| x.is_finite()).then_some(())
@@ -339,8 +369,9 @@ where
     /// Shape and flow of a state; None outside the law's domain.
     #[allow(clippy::type_complexity)] // Configuration and flow are needed together.
     pub fn at(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
-        let at = self.rod.configuration(self.strains(y), self.memory(y))?;
-        let mut flow = self.rod.flow(&at, &self.velocity(y))?;
+        let rod = self.rod_at(y)?;
+        let at = rod.configuration(self.strains(y), self.memory(y))?;
+        let mut flow = rod.flow(&at, &self.velocity(y))?;
         self.hold(y, &at, &mut flow);
         Some((at, flow))
     }
@@ -359,9 +390,10 @@ where
     /// Shape and flow under the wrench of the state.
     #[allow(clippy::type_complexity)] // Configuration and flow.
     fn under(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
-        let at = self.rod.configuration(self.strains(y), self.memory(y))?;
+        let rod = self.rod_at(y)?;
+        let at = rod.configuration(self.strains(y), self.memory(y))?;
         let wrench = y.fixed_rows::<D>(self.layout().wrench()).into_owned();
-        let flow = self.rod.under(&at, &wrench)?;
+        let flow = rod.under(&at, &wrench)?;
         Some((at, flow))
     }
 
@@ -449,10 +481,11 @@ where
 
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
         let room = &mut *self.room.borrow_mut();
-        self.configure(y, room)?;
-        self.rod.flow_in(room, &self.velocity(y))?;
+        let rod = &*self.rod_at(y)?;
+        self.configure(rod, y, room)?;
+        rod.flow_in(room, &self.velocity(y))?;
         self.hold(y, &room.at, &mut room.flow);
-        self.write_slope(y, &room.at, &room.flow, out)?;
+        self.write_slope(rod, y, &room.at, &room.flow, out)?;
         out.rows_mut(self.layout().wrench(), D).fill(0.0);
         Some(())
     }
@@ -471,24 +504,31 @@ where
             Hold::Together => {}
         }
         let room = &mut *self.room.borrow_mut();
-        self.configure(y, room)?;
+        let rod = &*self.rod_at(y)?;
+        self.configure(rod, y, room)?;
         let wrench = y.fixed_rows::<D>(self.layout().wrench()).into_owned();
-        self.rod.press(&room.at, &wrench, &mut room.flow)?;
-        self.write_slope(y, &room.at, &room.flow, out)?;
-        let gap = self.rod.moved(&room.at, &room.flow) - self.velocity(y);
+        rod.press(&room.at, &wrench, &mut room.flow)?;
+        self.write_slope(rod, y, &room.at, &room.flow, out)?;
+        let gap = rod.moved(&room.at, &room.flow) - self.velocity(y);
         out.fixed_rows_mut::<D>(self.layout().wrench())
             .copy_from(&gap);
         out.iter().all(|x| x.is_finite()).then_some(())
     }
 
-    /// By place the shapes of all states are found at once, since they are independent.
+    /// By place the shapes of all states are found at once, since they are independent; one by one under a law that
+    /// varies in time.
     fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()> {
         if self.hold != Hold::Place {
             let mut pairs = states.iter().zip(out);
             return pairs.try_for_each(|(y, out)| self.balance(y, out));
         }
         let (wrench, velocity) = (self.layout().wrench(), self.layout().velocity());
-        for (states, out) in states.chunks(STAGES).zip(out.chunks_mut(STAGES)) {
+        let together = if self.rod.material.varies_in_time() {
+            1
+        } else {
+            STAGES
+        };
+        for (states, out) in states.chunks(together).zip(out.chunks_mut(together)) {
             let n = states.len();
             let mut fields = [(&[][..], AtEnd::zeros()); STAGES];
             for ((field, w), y) in fields.iter_mut().zip(states) {
@@ -502,11 +542,14 @@ where
                 None => &mut [],
             });
             let room = &mut *self.room.borrow_mut();
-            self.rod
-                .flowing(&fields[..n], &mut rates[..n], &mut ends[..n], room)?;
+            self.rod_at(&states[0])?.flowing(
+                &fields[..n],
+                &mut rates[..n],
+                &mut ends[..n],
+                room,
+            )?;
             for ((y, out), end) in states.iter().zip(out).zip(&ends) {
-                let (pose, dissipated) = end.as_ref()?;
-                self.held(y, pose, *dissipated, out)?;
+                self.held(y, end.as_ref()?, out)?;
             }
         }
         Some(())
@@ -525,7 +568,7 @@ where
     /// Uses the wrench that follows from strains and velocity; the wrench in the state may be less accurate.
     fn linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
         let (at, flow) = self.at(y)?;
-        let rod = self.rod.linear(&at, &flow)?;
+        let rod = self.rod_at(y)?.linear(&at, &flow)?;
         Some(self.with_body(y, &at, &flow, rod))
     }
 
@@ -536,7 +579,7 @@ where
             Hold::Velocity => self.at(y)?,
             Hold::Together | Hold::Place => self.under(y)?,
         };
-        let rod = self.rod.roughly_linear(&at, &flow)?;
+        let rod = self.rod_at(y)?.roughly_linear(&at, &flow)?;
         Some(self.with_body(y, &at, &flow, rod))
     }
 

@@ -30,7 +30,7 @@ pub struct PistonOnBalloon {
     folds: Vec<f64>,
 }
 
-/// Distance in stretch up to which a point counts as a fold; y differs by rounding there.
+/// Distance in stretch up to which a point counts as a fold: the coordinate of the piston differs by rounding there.
 const ON_FOLD: f64 = 1e-7;
 
 impl PistonOnBalloon {

@@ -1,15 +1,15 @@
 //! One half of a lobe of a ring under pressure, from the lobe's tip on: integrals over the wall, and Newton's method
 //! for their conditions.
 //!
-//! Units are R (the perimeter is 2 pi R), the bending stiffness D per axial length, and Kp = D/R^3 for pressure. With
-//! the compliance c = 1/k of the wall along itself, the angle phi from the tip and kappa = m + d cos(phi), the wall has
-//! the stretch nu, the pull N and the arclength S
+//! Units are R (the perimeter is 2 pi R), the bending stiffness D per axial length, and Kp = D/R^3 for pressure. The
+//! compliance of the wall along itself is c = 1/k. At the angle phi from the tip the curvature is
+//! kappa = m + d cos(phi). The wall has the stretch nu, the pull N and the arclength S
 //! ```text
 //! nu^2 = 1 - c (2 sigma + kappa^2),   N = (nu - 1)/c = -(2 sigma + kappa^2)/(nu + 1),   dS = dphi / (nu sqrt(Q)),
 //! Q = -(N_b + N_t)/(nu_b + nu_t) + 2 (a + b)(a + t) / ((nu_a + nu_t)(nu_b + nu_t)(nu_a + nu_b)),
 //! P = -(a + b)(N_a + N_b) / (2 (nu_a + nu_b)),
 //! ```
-//! where t is the curvature at phi, and a = m + d, b = m - d are its extremes. Q is minus the second divided
+//! The curvature at phi is t, and its extremes are a = m + d and b = m - d. Q is minus the second divided
 //! difference of N^2 over a, b, t. For c = 0 it is ((2m + d cos phi)^2 + nu^2)/4 of docs/tubes.md 1.
 
 use nalgebra::{Matrix4, Vector4};

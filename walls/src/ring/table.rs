@@ -7,7 +7,8 @@ use snaprod_core::{Error, Result};
 /// Error allowed in a table, relative to the largest pressure of the open branch.
 const ERROR: f64 = 1e-13;
 
-/// P and dP/dalpha over the area, and the area over P, exact to 1e-12. In contact along a line the law is closed.
+/// P and dP/dalpha over the area, and the area over P, exact to 1e-12. The law of contact along a line is a
+/// closed form.
 #[derive(Debug, Clone)]
 pub struct RingTable {
     open: Stage,

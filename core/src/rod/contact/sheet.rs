@@ -37,12 +37,19 @@ const WRENCH: usize = 3;
 const EDGE: f64 = 0.6;
 /// Part of [`EDGE`] beyond which a motion should go on about another centre.
 const MIDDLE: f64 = 0.6;
+/// |q| up to which a motion stays in a chart in any case.
+const NEAR: f64 = 0.05;
+/// The chart must still hold at this multiple of q.
+const AHEAD: f64 = 1.5;
 /// Newton steps within a chart, and Newton steps to the centre of a chart.
 const STEPS: usize = 12;
 const STEPS_TO_CENTRE: usize = 30;
 /// Scaled length of a Newton step behind which the next one is rounding, and that of a step that is rounding.
 const SQUARED: f64 = 2e-8;
 const NO_STEP: f64 = 1e-14;
+/// Largest scaled length of a first Newton step, and of a Newton step over the one before it.
+const FIRST_STEP: f64 = 0.02;
+const CONTRACTION: f64 = 0.25;
 /// Step of the differences that give the second derivatives of the unknowns at the centre.
 const SECOND: f64 = 1e-3;
 /// Residual of a centre that is none, relative to the unknowns.
@@ -129,6 +136,13 @@ impl PlaneGap {
         let t = at.tangent();
         t.dot(&(self.hessian * t)) + at.curvature * self.normal.dot(&Vector2::new(-t.y, t.x))
     }
+}
+
+/// The scales of the unknowns: of forces and of places.
+fn scale_at(unknowns: &DVector<f64>) -> DVector<f64> {
+    let force = 1.0 + unknowns.rows(0, WRENCH).norm();
+    let place = |i: usize| i > WRENCH && (i - WRENCH) % 2 == 1;
+    DVector::from_fn(unknowns.len(), |i, _| if place(i) { 1.0 } else { force })
 }
 
 /// A vector of the clamp's frame in the plane: x along d3, y along -d2.
@@ -228,6 +242,28 @@ struct There {
     by_chart: DMatrix<f64>,
 }
 
+impl Equations {
+    /// Residual and derivatives by the scaled unknowns, each equation divided by the norm of its derivatives. The end
+    /// of a taut rod amplifies changes of the base wrench exponentially.
+    fn normalised(&self, scale: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        normalised(self.value.clone(), &self.by, scale)
+    }
+}
+
+fn normalised(
+    mut value: DVector<f64>,
+    by: &DMatrix<f64>,
+    scale: &DVector<f64>,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let mut by = by * DMatrix::from_diagonal(scale);
+    for (value, mut row) in value.iter_mut().zip(by.row_iter_mut()) {
+        let norm = row.norm().max(f64::MIN_POSITIVE);
+        *value /= norm;
+        row /= norm;
+    }
+    (value, by)
+}
+
 impl TouchedShape {
     fn end(&self) -> PlaneSection {
         let (_, last) = self.pieces.last().expect("a rod has a piece");
@@ -271,38 +307,44 @@ impl TouchedSheet {
         let pairs = touches.iter().flat_map(|touch| [touch.reaction, touch.s]);
         let x: Vec<f64> = wrench.into_iter().chain(pairs).collect();
         let size = x.len();
-        let mut scale = DVector::from_element(size, 1.0 + b.norm());
-        for place in (WRENCH + 1..size).step_by(2) {
-            scale[place] = 1.0;
-        }
+        let centre = DVector::from_vec(x);
         let none = DVector::zeros(size);
         let mut sheet = Self {
             surfaces: touches.iter().map(|touch| touch.surface).collect(),
-            centre: DVector::from_vec(x),
-            scale,
+            scale: scale_at(&centre),
+            centre,
             kernel: DMatrix::zeros(size, 2),
             second: [none.clone(), none.clone(), none],
             index: None,
             among,
         };
         sheet.centre = sheet.polished(pose)?;
-        sheet.kernel = sheet.kernel_at_centre()?;
-        if let Some(second) = sheet.second_at_centre() {
-            sheet.second = second;
-        }
+        sheet.orient()?;
         Ok(sheet)
     }
 
-    /// This sheet in a chart about `q`, where the end is at `pose`. The index is constant up to the next fold.
+    /// This sheet in a chart about `q`. The index is constant up to the next fold.
     ///
     /// # Errors
-    /// As [`TouchedSheet::new`]; a point outside the chart.
-    pub fn about(&self, q: &Vector2<f64>, pose: &Vector2<f64>, index: usize) -> Result<Self> {
-        let guess = self.guess(q).ok_or_else(outside)?;
-        Ok(Self {
-            index: Some(index),
-            ..Self::new(Arc::clone(&self.among), &guess, pose)?
-        })
+    /// A point outside the chart.
+    pub fn about(&self, q: &Vector2<f64>, index: usize) -> Result<Self> {
+        let mut sheet = self.clone();
+        sheet.centre = self.there(q).ok_or_else(outside)?.x;
+        sheet.index = Some(index);
+        sheet.scale = scale_at(&sheet.centre);
+        sheet.orient()?;
+        Ok(sheet)
+    }
+
+    /// Sets kernel and second derivatives of the chart about the centre.
+    fn orient(&mut self) -> Result<()> {
+        self.kernel = self.kernel_at_centre()?;
+        let none = DVector::zeros(self.centre.len());
+        self.second = [none.clone(), none.clone(), none];
+        if let Some(second) = self.second_at_centre() {
+            self.second = second;
+        }
+        Ok(())
     }
 
     /// The rod at the unknowns; None where a touch has left the rod.
@@ -413,7 +455,6 @@ impl TouchedSheet {
     fn polished(&self, pose: &Vector2<f64>) -> Result<DVector<f64>> {
         let mut x = self.centre.clone();
         let mut last = f64::INFINITY;
-        let scale = DMatrix::from_diagonal(&self.scale);
         let lost = || {
             Error::no_convergence(
                 "no equilibrium with these touches was found at the place of the end",
@@ -421,28 +462,19 @@ impl TouchedSheet {
         };
         for _ in 0..STEPS_TO_CENTRE {
             let shape = self.shape(&x).ok_or_else(lost)?;
-            let Equations {
-                value,
-                by,
-                place_by,
-            } = self.equations(&shape);
-            let off = shape.end().r - pose;
-            let size = value.len();
-            let residual =
-                DVector::from_fn(
-                    size + 2,
-                    |i, _| {
-                        if i < size { value[i] } else { off[i - size] }
-                    },
-                );
-            let error = residual.norm() / self.scale[0];
+            let equations = self.equations(&shape);
+            let rows = equations.value.len();
+            let mut value = equations.value.resize_vertically(rows + 2, 0.0);
+            value.rows_mut(rows, 2).copy_from(&(shape.end().r - pose));
+            let mut by = equations.by.resize_vertically(rows + 2, 0.0);
+            by.rows_mut(rows, 2).copy_from(&equations.place_by);
+            let (residual, by) = normalised(value, &by, &self.scale);
+            let error = residual.norm();
             if error < ROUNDING && error >= 0.5 * last {
                 return Ok(x);
             }
             last = error;
-            let mut all = by.resize_vertically(size + 2, 0.0);
-            all.rows_mut(size, 2).copy_from(&place_by);
-            let svd = (all * &scale).svd(true, true);
+            let svd = by.svd(true, true);
             let least = LOST_RANK * svd.singular_values.max();
             let step = svd.solve(&residual, least).map_err(|_| lost())?;
             x -= step.component_mul(&self.scale);
@@ -453,7 +485,7 @@ impl TouchedSheet {
     fn kernel_at_centre(&self) -> Result<DMatrix<f64>> {
         let lost = || Error::no_convergence("the kernel of the touches was not found");
         let shape = self.shape(&self.centre).ok_or_else(lost)?;
-        let by = self.equations(&shape).by * DMatrix::from_diagonal(&self.scale);
+        let (_, by) = self.equations(&shape).normalised(&self.scale);
         let size = by.ncols();
         // Two rows of zeros make the matrix square: their right singular vectors are the kernel.
         let svd = by.resize_vertically(size, 0.0).svd(false, true);
@@ -480,6 +512,9 @@ impl TouchedSheet {
     }
 
     /// The equilibrium at `q`; None outside the chart.
+    ///
+    /// Taut rods amplify a change of the base wrench exponentially along their length, and Newton's method is sure only
+    /// close to a solution: Newton's steps must contract from the first, and the chart ends where they do not.
     fn there(&self, q: &Vector2<f64>) -> Option<There> {
         if !(q.norm() <= EDGE) {
             return None;
@@ -488,22 +523,16 @@ impl TouchedSheet {
         let [a, b, c] = &self.second;
         let mut y: DVector<f64> =
             &self.kernel * q + a * (0.5 * q.x * q.x) + b * (q.x * q.y) + c * (0.5 * q.y * q.y);
-        let scale = DMatrix::from_diagonal(&self.scale);
-        let mut sure = false;
+        let (mut sure, mut longest) = (false, FIRST_STEP);
         for _ in 0..STEPS {
             let x = &self.centre + y.component_mul(&self.scale);
             let shape = self.shape(&x)?;
-            let Equations {
-                value,
-                by,
-                place_by,
-            } = self.equations(&shape);
+            let equations = self.equations(&shape);
+            let (value, by) = equations.normalised(&self.scale);
             let (size, rows) = (y.len(), value.len());
-            let mut matrix = DMatrix::zeros(size, size);
-            matrix.rows_mut(0, rows).copy_from(&(by * &scale));
+            let mut matrix = by.resize_vertically(size, 0.0);
             matrix.rows_mut(rows, 2).copy_from(&along);
-            let mut residual = DVector::zeros(size);
-            residual.rows_mut(0, rows).copy_from(&value);
+            let mut residual = value.resize_vertically(size, 0.0);
             residual.rows_mut(rows, 2).copy_from(&(&along * &y - q));
             let lu = matrix.lu();
             let step = lu.solve(&residual)?;
@@ -512,15 +541,18 @@ impl TouchedSheet {
                 let mut given = DMatrix::zeros(size, 2);
                 given[(rows, 0)] = 1.0;
                 given[(rows + 1, 1)] = 1.0;
-                let by_chart = &scale * lu.solve(&given)?;
+                let by_chart = DMatrix::from_diagonal(&self.scale) * lu.solve(&given)?;
                 return Some(There {
                     x,
                     shape,
-                    place_by,
+                    place_by: equations.place_by,
                     by_chart,
                 });
             }
-            sure = length <= SQUARED;
+            if !(length <= longest) {
+                return None;
+            }
+            (sure, longest) = (length <= SQUARED, CONTRACTION * length);
             y -= step;
         }
         None
@@ -528,7 +560,8 @@ impl TouchedSheet {
 
     /// True if a motion at `q` should go on in a chart about another centre.
     pub fn is_left(&self, q: &Vector2<f64>) -> bool {
-        !(q.norm() <= MIDDLE * EDGE)
+        let far = q.norm();
+        !(far <= MIDDLE * EDGE) || far > NEAR && self.there(&(q * AHEAD)).is_none()
     }
 
     /// The base wrench and the touches at `q`, as a guess; None outside the chart.

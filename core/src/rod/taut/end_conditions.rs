@@ -62,6 +62,28 @@ impl Problem {
         solve_taut_rod(&pulled, &m, tip, spring, start, tolerance)
     }
 
+    /// [`Problem::solve_beside`] of a rod whose section law, load or end condition differs little from that of `known`:
+    /// place of the end and couple at the base to first order in the difference. Derivatives are those of `known`.
+    pub(in crate::rod) fn solve_to_first_order(
+        &self,
+        b: &Wrench,
+        symmetry: Symmetry,
+        spring: &Spring,
+        known: &Solved,
+    ) -> Result<Solved> {
+        let pulled = RodUnderForce {
+            symmetry,
+            ..self.rod_under_force(halves(b).1)
+        };
+        let (shape, position) = pulled.corrected_once(&known.shape, &self.tip(), spring)?;
+        Ok(Solved {
+            base_couple: shape.nodes[0].m,
+            position,
+            shape,
+            ..known.clone()
+        })
+    }
+
     pub(in crate::rod) fn tip(&self) -> Tip {
         match self.orientation {
             Some(directors) => Tip::Turned(directors),

@@ -256,8 +256,10 @@ impl Motion<'_> {
                 let (at, _) = self.stage_motion(k, i, r, varied, &found.force);
                 let tangent = self.tangent(k, i, varied, &r);
                 let second = second(&varied.turn, &varied.place);
-                let weight = h * Scheme::get().weights[i];
-                sums.add(weight, &tangent, &at, &second, rotary);
+                let scheme = Scheme::get();
+                let s = self.swept.shape.places[k] + scheme.nodes[i] * h;
+                let inertia = self.sections.inertia(s, rotary);
+                sums.add(h * scheme.weights[i], &tangent, &at, &second, &inertia);
             }
             (start, place) = (end, reached);
         }

@@ -28,6 +28,7 @@ use chain::{
     rest,
 };
 use condensed::Condensed;
+use first_order_mass::neutral_error;
 use interval::{RodUnderForce, STAGES, Scheme, correct};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -192,6 +193,18 @@ impl Shape {
             found.m += stage.m * *by;
         }
         found
+    }
+
+    /// For each interval, whether one of the places `at` lies between its nodes.
+    fn holding(&self, at: &[f64]) -> Vec<bool> {
+        let mut holding = vec![false; self.stages.len()];
+        for s in at {
+            let after = self.places.partition_point(|place| place < s);
+            if self.places.get(after).is_some_and(|place| place > s) && after > 0 {
+                holding[after - 1] = true;
+            }
+        }
+        holding
     }
 
     /// This shape with the intervals marked in `split` halved.
@@ -520,6 +533,25 @@ impl RodUnderForce<'_> {
         }))
     }
 
+    /// This rod next to the converged one of `shape`, which has another law, load or end condition, to first order in
+    /// the difference: one Newton correction. The stages are those of `shape`. The place of the end comes second.
+    fn corrected_once(
+        &self,
+        shape: &Shape,
+        tip: &Tip,
+        spring: &Spring,
+    ) -> Result<(Shape, Vector3<f64>)> {
+        let correction = self.correction(shape, tip, spring)?;
+        let correction = correction.ok_or_else(neutral_error)?;
+        let mut found = shape.clone();
+        found.n += rest(&correction.force);
+        for (node, answers) in found.nodes.iter_mut().zip(&correction.answers) {
+            correct(node, &rest(answers), 1.0, self.kappa);
+        }
+        let lengths = correction.intervals.iter().map(|interval| interval.length);
+        Ok((found, lengths.sum::<Vector3<f64>>() + rest(&correction.way)))
+    }
+
     /// True if one motion is known to be neutral; it leads out of any plane.
     fn turns_freely(&self) -> bool {
         self.symmetry.turns && self.symmetry.plane.is_none()
@@ -616,12 +648,19 @@ impl RodUnderForce<'_> {
         at: &[f64],
         tolerance: f64,
     ) -> Result<Vec<PassedSection>> {
-        // Polynomials of the degree of the stages gain as many binary digits with every halving.
+        // Nodes are as accurate as the rod. Between them polynomials of the degree of the stages gain as many binary
+        // digits with every halving.
         let mut fine = shape.clone();
+        let mut halved = false;
         for _ in 0..HALVINGS {
-            fine = fine.halved(&vec![true; fine.stages.len()]);
+            let split = fine.holding(at);
+            if !split.contains(&true) {
+                break;
+            }
+            fine = fine.halved(&split);
+            halved = true;
         }
-        let coarse = self.newton(&mut fine, tip, spring, tolerance)?.is_none();
+        let coarse = halved && self.newton(&mut fine, tip, spring, tolerance)?.is_none();
         if coarse {
             return Err(Error::no_convergence(
                 "the shape of a taut rod is not resolved; loosen the tolerance",

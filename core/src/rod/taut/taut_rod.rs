@@ -51,6 +51,15 @@ pub struct TautLoad<'a> {
     pub turns: bool,
 }
 
+/// Given data of a taut rod, in the directors of the clamp and in units of the rod.
+struct TautData {
+    m: Vector3<f64>,
+    n: Vector3<f64>,
+    tip: Tip,
+    spring: Spring,
+    weight: Option<ScaledLoad>,
+}
+
 impl Taut {
     /// Intervals of the mesh along the rod.
     pub fn intervals(&self) -> usize {
@@ -97,22 +106,13 @@ impl Rod {
         start: Option<&Taut>,
         tolerance: f64,
     ) -> Result<Taut> {
-        let (couple, force) = self.units();
-        let weight = load.map(|load| ScaledLoad::new(load.along, self));
-        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
-        let b = self.inward(base);
-        let tip = match tip {
-            Tip::Turned(directors) => Tip::Turned(turn.tr_mul(directors)),
-            Tip::Loaded { couple: on, arm } => Tip::Loaded {
-                couple: turn.tr_mul(on) / couple,
-                arm: arm / self.length,
-            },
-        };
-        let spring = Spring {
-            stiffness: spring.stiffness * self.length / force,
-            at: turn.tr_mul(&(spring.at - self.clamp.translation.vector)) / self.length,
-        };
-        let (m, n) = halves(&b);
+        let TautData {
+            m,
+            n,
+            tip,
+            spring,
+            weight,
+        } = self.taut_data(base, tip, spring, load);
         let found = solve_taut_rod(
             &RodUnderForce::new(&self.law, weight.as_ref(), n),
             &m,
@@ -129,6 +129,66 @@ impl Rod {
             _ => None,
         };
         self.outward_taut(found, tip, spring, weight, turned)
+    }
+
+    /// [`Rod::taut_beside`] of a rod whose section law, load or end condition differs little from that of `known`: its
+    /// base wrench, and place and couple of its end, to first order in the difference. All else is as in `known`.
+    ///
+    /// # Errors
+    /// A section law that refuses a resultant; a rod that is neutral under its force.
+    pub fn taut_to_first_order(
+        &self,
+        base: &Wrench,
+        tip: &Tip,
+        spring: &Spring,
+        load: Option<TautLoad<'_>>,
+        known: &Taut,
+    ) -> Result<Taut> {
+        let given = self.taut_data(base, tip, spring, load);
+        let pulled = RodUnderForce::new(&self.law, given.weight.as_ref(), given.n);
+        let (shape, place) = pulled.corrected_once(&known.shape, &given.tip, &given.spring)?;
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let mut found = known.clone();
+        found.base = join(
+            &(turn * shape.nodes[0].m * couple),
+            &(turn * shape.n * force),
+        );
+        let last = shape.nodes[shape.nodes.len() - 1];
+        found.end.couple = turn * last.m * couple;
+        found.end.directors = turn * frame(&last.turn);
+        found.end.position = self.clamp.translation.vector + turn * place * self.length;
+        found.end.force = turn * pulled.with_force(&shape.n).force(1.0) * force;
+        Ok(found)
+    }
+
+    /// Data of a taut rod in the directors of the clamp and in units of the rod.
+    fn taut_data(
+        &self,
+        base: &Wrench,
+        tip: &Tip,
+        spring: &Spring,
+        load: Option<TautLoad<'_>>,
+    ) -> TautData {
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let (m, n) = halves(&self.inward(base));
+        TautData {
+            m,
+            n,
+            tip: match tip {
+                Tip::Turned(directors) => Tip::Turned(turn.tr_mul(directors)),
+                Tip::Loaded { couple: on, arm } => Tip::Loaded {
+                    couple: turn.tr_mul(on) / couple,
+                    arm: arm / self.length,
+                },
+            },
+            spring: Spring {
+                stiffness: spring.stiffness * self.length / force,
+                at: turn.tr_mul(&(spring.at - self.clamp.translation.vector)) / self.length,
+            },
+            weight: load.map(|load| ScaledLoad::new(load.along, self)),
+        }
     }
 
     /// Conversion of a solution from the rod's units into the world and the user's units.

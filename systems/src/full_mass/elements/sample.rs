@@ -1,11 +1,16 @@
 //! Quantities of a moment: sections, strains, bodies, and how well the elements resolve them.
 
-use super::system::{by_spin, point, point_rate};
+use super::system::{accelerated, by_spin, point, point_rate};
 use super::{ElementAssembly, ElementMoment, ElementRod, Freedoms, RodElement};
 use crate::assembly::BodyMotion;
 use crate::math::se3::{Turn, unit};
 use crate::section::Strain;
-use nalgebra::{Isometry3, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Vector3, Vector6};
+
+/// Stiffness of the springs of rigid strains, over that of the first ones, in the test of a plane.
+const SOFT: f64 = 1e-6;
+/// Rounding error of the forces in the rods, over their stiffness.
+const ROUNDING: f64 = 1e-12;
 
 /// Polynomial of Lagrange through `nodes` at x: values of the basis.
 pub(super) fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
@@ -290,15 +295,28 @@ impl ElementAssembly {
         }
     }
 
-    /// Largest part of accelerations and velocities out of the plane of the freedoms, relative to the largest of
-    /// all; 0 in space. The moment is that of the assembly without restriction.
-    pub fn leaves_plane(&self, at: &ElementMoment) -> f64 {
+    /// Largest part of accelerations and velocities out of the plane of the freedoms in a state, relative to the
+    /// largest of all; 0 in space. None outside the domain of a law.
+    ///
+    /// The accelerations are those with soft springs in place of rigid strains, and forces below the rounding of the
+    /// stiffnesses count as 0: on light nodes they would be large accelerations.
+    pub fn leaves_plane(&self, y: &DVector<f64>) -> Option<f64> {
         if self.freedoms == Freedoms::Space {
-            return 0.0;
+            return Some(0.0);
         }
+        let soft = self.clone().with_freedoms(Freedoms::Space).with_hold(SOFT);
+        let at = soft.moment(y)?;
+        let noise = ROUNDING * soft.stiffest();
         let (mut off, mut all) = (0.0_f64, f64::MIN_POSITIVE);
-        for (site, acceleration) in at.sites.iter().zip(&at.accelerations) {
-            for twist in [site.twist(), *acceleration] {
+        for (i, (site, wrench)) in at.sites.iter().zip(&at.on_sites).enumerate() {
+            let mut felt = *wrench;
+            for k in (0..6).filter(|k| !self.is_free(*k)) {
+                if felt[k].abs() <= noise {
+                    felt[k] = 0.0;
+                }
+            }
+            let (acceleration, ..) = accelerated(at.t, &self.sites[i].masses, site, &felt)?;
+            for twist in [site.twist(), soft.freed(i, acceleration)] {
                 for k in 0..6 {
                     all = all.max(twist[k].abs());
                     if !self.is_free(k) {
@@ -307,6 +325,19 @@ impl ElementAssembly {
                 }
             }
         }
-        off / all
+        Some(off / all)
+    }
+
+    /// Largest stiffness of the rods at their bases, unloaded, springs of rigid strains included.
+    fn stiffest(&self) -> f64 {
+        let each = self.rods.iter().map(|rod| {
+            let law = rod.law();
+            let rest = law.unloaded(0.0).ok();
+            let stiffness = rest.and_then(|rest| law.stiffness(0.0, &rest, &Strain::zeros()));
+            let own = stiffness.map_or(0.0, |stiffness| stiffness.by_strain.amax());
+            let springs = rod.springs.iter().map(|(_, spring)| *spring);
+            springs.fold(own, f64::max)
+        });
+        each.fold(0.0, f64::max)
     }
 }

@@ -502,7 +502,7 @@ fn power_of_supports(node: &ElementNode, now: &NodeNow, wrench: &Vector6<f64>) -
 }
 
 /// Acceleration of a site under the wrench of the rods, with the powers of its loads and drag.
-fn accelerated(
+pub(super) fn accelerated(
     t: f64,
     masses: &[Mass],
     moving: &Moving,

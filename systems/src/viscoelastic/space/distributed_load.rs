@@ -34,13 +34,11 @@ pub(super) fn resultants(
     each.collect()
 }
 
-/// The local resultants of the load, and its potential.
-pub(super) fn borne<const M: usize>(
-    grid: &Grid,
+/// The local resultants of the free strains from (c, N) at the nodes.
+pub(super) fn local<const M: usize>(
     curve: &FramedCurve,
-    force: &[Vector3<f64>],
-) -> Borne<M> {
-    let resultants = resultants(grid, curve, force);
+    resultants: &[[Vector3<f64>; 2]],
+) -> Vec<Local<M>> {
     let nodes = resultants.iter().zip(&curve.directors);
     let local = nodes.map(|([c, n], directors)| {
         let mut g = Local::<M>::zeros();
@@ -50,11 +48,40 @@ pub(super) fn borne<const M: usize>(
         }
         g
     });
+    local.collect()
+}
+
+/// The local resultants of the load, and its potential.
+pub(super) fn borne<const M: usize>(
+    grid: &Grid,
+    curve: &FramedCurve,
+    force: &[Vector3<f64>],
+) -> Borne<M> {
     let works = force.iter().zip(&curve.positions).zip(grid.weights());
     Borne {
-        resultants: local.collect(),
+        resultants: local(curve, &resultants(grid, curve, force)),
         potential: -works.map(|((f, r), weight)| weight * f.dot(r)).sum::<f64>(),
     }
+}
+
+/// The matrices A and b = weight - A.
+pub(super) fn sums(grid: &Grid) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (n, inner) = (grid.len(), grid.integration());
+    let outer = DMatrix::from_fn(n, n, |i, k| grid.weights()[k] - inner[(i, k)]);
+    (inner, outer)
+}
+
+/// sum_k b_ik A_kj z_k.
+pub(super) fn product(
+    outer: &DMatrix<f64>,
+    inner: &DMatrix<f64>,
+    z: &dyn Fn(usize) -> f64,
+) -> DMatrix<f64> {
+    let mut scaled = inner.clone();
+    for (k, mut row) in scaled.row_iter_mut().enumerate() {
+        row *= z(k);
+    }
+    outer * scaled
 }
 
 /// Adds dg_i/de_j to the block (i, j).
@@ -65,16 +92,9 @@ pub(super) fn add_stiffness<const M: usize>(
     out: &mut DMatrix<f64>,
 ) {
     let n = grid.len();
-    let inner = grid.integration();
-    let outer = DMatrix::from_fn(n, n, |i, k| grid.weights()[k] - inner[(i, k)]);
-    // sum_k b_ik A_kj z_k for the components z of f and of r f^T.
-    let product = |z: &dyn Fn(usize) -> f64| {
-        let mut scaled = inner.clone();
-        for (k, mut row) in scaled.row_iter_mut().enumerate() {
-            row *= z(k);
-        }
-        &outer * scaled
-    };
+    let (inner, outer) = sums(grid);
+    // Over the components z of f and of r f^T.
+    let product = |z: &dyn Fn(usize) -> f64| product(&outer, &inner, z);
     let forces: [DMatrix<f64>; 3] = std::array::from_fn(|a| product(&|k| force[k][a]));
     let moments: [DMatrix<f64>; 9] =
         std::array::from_fn(|a| product(&|k| curve.positions[k][a % 3] * force[k][a / 3]));
