@@ -140,8 +140,8 @@ pub fn first_fold<S: Timed>(
 /// Fractions of a step at which rods are looked at.
 const LOOKS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 
-/// What `look` first sees inside a step, and the fraction of the step there. The outer None: the step has no
-/// interpolant.
+/// The first of [`LOOKS`] at which `look` sees something inside a step, with what is seen. The outer None: the step has
+/// no interpolant.
 pub fn seen_inside<S: Timed, T>(
     step: &mut AcceptedStep<S>,
     f: &mut impl Slopes<S>,

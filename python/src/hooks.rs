@@ -37,7 +37,7 @@ impl Watch {
         }
     }
 
-    /// These hooks with functions that hear samples and events of a run.
+    /// Adds functions of Python that are called with each sample and each event of a run.
     pub fn hearing(mut self, on_sample: Option<Py<PyAny>>, on_event: Option<Py<PyAny>>) -> Self {
         (self.on_sample, self.on_event) = (on_sample, on_event);
         self

@@ -73,7 +73,7 @@ impl RodLoad {
         matches!(self.place, LoadPlace::Station { .. })
     }
 
-    /// True for a load of a motion that turns with the end of a rod of this length.
+    /// True for a load at the end of a rod of the length `length`, which turns with the end in a motion.
     pub(super) fn turns_with_end(&self, length: f64) -> bool {
         matches!(self.place, LoadPlace::Station { s } if s >= length)
     }

@@ -144,7 +144,7 @@ pub struct SceneResult {
     pub reason: Option<String>,
     /// Warning about the start, or the resolution of the rod.
     pub warning: Option<String>,
-    /// The last state, from which another run goes on, or the reason why it cannot be saved.
+    /// The last state, from which another run goes on; or the reason why a run of this kind saves no state.
     pub state: std::result::Result<run::SimulationState, String>,
 }
 

@@ -132,13 +132,14 @@ fn arrives_as_the_single_rod(plane: &str, weight: f64) {
 }
 
 /// Catches a branch that uses up its points where forces grow by powers of ten, and a branch point that is none where
-/// a slack rod becomes taut: its chart changes there, and the sign of the determinant must not.
+/// a slack rod becomes taut: the chart of the rod changes there, and the sign of the determinant must not.
 #[test]
 fn the_load_of_a_heavier_rod_of_an_assembly_grows_from_one_percent() {
     arrives_as_the_single_rod("", 3e3);
 }
 
-/// As the test above, at lam = 100, in the plane and in space.
+/// Catches the same faults as `the_load_of_a_heavier_rod_of_an_assembly_grows_from_one_percent` at lam = 100, in the
+/// plane and in space.
 #[test]
 #[ignore = "second tier: 8 s"]
 fn the_load_of_a_very_heavy_rod_of_an_assembly_grows_from_one_percent() {

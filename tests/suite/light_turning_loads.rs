@@ -160,8 +160,8 @@ fn the_ledger_of_a_chain_under_turning_loads_closes() {
     assert!(apart(&a, &b) < 1e-8, "{a:?} {b:?}");
 }
 
-/// Catches modes that leave a turning load out. With k^2 = P L^2/B under a thrust P along the end of a rod that bears a
-/// point mass the stiffness across is B/L^3 k^3/(sin k - k cos k).
+/// Catches modes that leave a turning load out. A thrust P acts along the end of a rod that bears a point mass. The
+/// stiffness across is B/L^3 k^3/(sin k - k cos k) with k^2 = P L^2/B.
 #[test]
 fn a_thrust_along_the_end_changes_the_frequency() {
     let text = |thrust: f64| {
@@ -194,7 +194,7 @@ fn stations_lie_on_the_rod_under_its_loads() {
     assert!(apart(&body, &tip) < 1e-6, "{body:?} {tip:?}");
 }
 
-/// A rod with friction and a body under loads that turn with it.
+/// A rod with friction and a body, under loads that turn with the sections of the rod.
 const RUBBED: &str = r#"
 [rod]
 model = "cosserat"
@@ -276,7 +276,7 @@ fn resultants_of_turning_loads_have_exact_derivatives() -> Result<()> {
     let mut exact = DMatrix::zeros(n, n);
     let shape = space.shape(&grid, &strains).expect("a shape");
     space.turned_stiffness(&grid, &shape, &nodes, &mut exact);
-    // A smooth change: for that the derivatives are those of the curve.
+    // A smooth change of the strains: the exact derivatives are those of smooth strains.
     let change: Vec<SVector<f64, 6>> = grid
         .nodes()
         .iter()
@@ -348,8 +348,8 @@ fn a_muscle_curls_a_rod_with_friction() {
     assert!(opened(&table) < 1e-7);
 }
 
-/// A tension that swings on a rod with friction. Catches a power of the law that the ledger counts twice or not at all
-/// in implicit and in explicit steps, and a motion that differs from that of the elastic rod by more than its friction.
+/// A tension that swings on a rod with friction. Catches a power of the law that the ledger of implicit or explicit
+/// steps counts twice or not at all. Catches a motion that is not near the motion of the elastic rod.
 #[test]
 fn a_tension_in_time_pulls_a_rod_with_friction() {
     let text = |damping: &str, method: &str| {

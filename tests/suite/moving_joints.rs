@@ -708,7 +708,7 @@ fn a_slider_crank_is_that_of_rigid_bars() {
     }
 }
 
-/// A rod that is pulled taut while its body swings in a plane, with a joint at its end.
+/// A rod that is pulled taut while the body on a joint at the end of the rod swings in a plane.
 fn pulled(joint: &str) -> String {
     format!(
         "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.0\n\

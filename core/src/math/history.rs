@@ -134,13 +134,11 @@ impl fmt::Debug for Custom {
     }
 }
 
-/// A value that its owner changes while a run goes on, between steps.
-///
-/// The owner holds a clone. A run ends a step at the time up to which the value holds, so that a change lies inside no
-/// step.
+/// A value that the holder of a clone changes between the steps of a run. A run ends a step at the time up to which the
+/// value holds, so that a change lies inside no step.
 #[derive(Clone)]
 pub struct Steered {
-    /// Value, and time up to which it holds, as bits.
+    /// Bits of the value, and of the time up to which the value holds.
     held: Arc<[AtomicU64; 2]>,
 }
 

@@ -146,7 +146,7 @@ pub(super) struct SectionInertia {
     rotary: Vector3<f64>,
 }
 
-/// Section law of a rod whose strains change in time, and the mass of its sections.
+/// Section law and mass of the sections of a rod whose strains change in time.
 pub(super) struct SectionRates<'a> {
     law: &'a ScaledLaw,
     mass_along: Option<&'a MassAlong>,
@@ -272,7 +272,7 @@ impl<'a> SectionRates<'a> {
         }
     }
 
-    /// Inertia of the section at s, of a rod with this mean rotary inertia over its mass.
+    /// Inertia of the section at s. `rotary`: mean rotary inertia of the rod over the mass of the rod.
     pub fn inertia(&self, s: f64, rotary: &Vector3<f64>) -> SectionInertia {
         match self.mass_along {
             None => SectionInertia {

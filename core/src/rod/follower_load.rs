@@ -70,8 +70,8 @@ struct Followed {
     couple: Vector3<f64>,
 }
 
-/// Couple and force of the loads along the rod from the clamp to a section, with the variations of both, and the power
-/// of the loads without a potential by columns.
+/// Sums of the loads along the rod from the clamp to a section: couple and force with their variations. The power is
+/// that of the loads without a potential, by columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FollowedMoment<const K: usize> {
     /// Couple w of all loads; work of the dead one.

@@ -132,7 +132,7 @@ impl State for AssemblySample {
     }
 
     fn index(&self) -> Option<usize> {
-        // Loads that turn with a rod have no potential, and so its equilibria have no index.
+        // Loads that turn with a rod have no potential: the equilibria of such a rod have no index.
         (!self.assembly.has_turning()).then(|| self.indices.iter().sum())
     }
 

@@ -111,7 +111,7 @@ pub fn heavy_motion<'a>(
     }
 }
 
-/// The rods in their first elements.
+/// The assembly with each rod cut into the elements of the start.
 ///
 /// # Errors
 /// Rods that elements do not follow.
@@ -654,13 +654,13 @@ impl<'a> Motion<'a> for ElementRun {
     }
 
     fn renew(&mut self) -> Result<()> {
+        let undefined = || Error::domain("the motion is not defined under the new loads");
         let y = self.integrator.state().clone();
         self.integrator
             .restart(&*self.model, y, None)
-            .ok_or_else(|| Error::domain("the motion is not defined under the new loads"))?;
-        if let Some((current, _)) = self.sampled(self.integrator.state(), Some(self.numerical)) {
-            self.current = current;
-        }
+            .ok_or_else(undefined)?;
+        let now = self.sampled(self.integrator.state(), Some(self.numerical));
+        (self.current, _) = now.ok_or_else(undefined)?;
         Ok(())
     }
 

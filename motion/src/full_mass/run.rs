@@ -504,9 +504,9 @@ impl<'a> Motion<'a> for HeavyRun {
         self.integrator
             .restart(&*self.model, y, None)
             .ok_or_else(|| Error::domain("the motion is not defined under the new loads"))?;
-        if let Some(current) = self.sample_of(self.integrator.state()) {
-            self.current = current;
-        }
+        self.current = self
+            .sample_of(self.integrator.state())
+            .ok_or_else(outside_domain)?;
         Ok(())
     }
 

@@ -88,7 +88,7 @@ impl Rod {
             Some(_) => Some(self.viscoelastic()?.law_in_units(scales.measures()).rate),
         };
         let sections = sections(self, mass, scales)?;
-        // Rods of motions and of assemblies have their variation, seen from their own base.
+        // A rod of a motion or of an assembly already has the variation of its mass, seen from the base of the rod.
         let along = rod.mass_along().cloned().or_else(|| self.mass_along());
         let rod = rod.clone().with_mass_along(along);
         Massive::new(&rod, friction, sections).map(Some)

@@ -35,7 +35,7 @@ pub(super) struct BearingRod<'a> {
     pub has_nodes: bool,
     /// True for a rod with full mass.
     pub is_heavy: bool,
-    /// The field of the rod that varies in time, if there is one.
+    /// The name of a field of the rod that varies in time; None if no field does.
     pub in_time: Option<&'static str>,
 }
 

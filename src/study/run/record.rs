@@ -23,7 +23,7 @@ pub struct RunRecord {
     pub branches: Vec<RunBranch>,
     /// Number of snaps whose branches were not followed because the bound was reached.
     pub cut: usize,
-    /// The last state, from which another run goes on, or the reason why it cannot be saved.
+    /// The last state, from which another run goes on; or the reason why a run of this kind saves no state.
     pub state: std::result::Result<SimulationState, String>,
     /// Folds passed by rods of known mass.
     pub folds: Vec<FoldPassed>,

@@ -100,8 +100,8 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         })
     }
 
-    /// The family with unknowns in which wrenches of taut rods are counted by their logarithm, so that a branch takes
-    /// about as many steps for each power of ten of its forces.
+    /// The family with logarithms of the wrenches of taut rods as unknowns. A branch then takes about as many steps for
+    /// each power of ten of its forces.
     #[must_use]
     pub fn with_logarithmic_charts(self) -> Self {
         Self {
@@ -230,7 +230,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         }
     }
 
-    /// Keeps taut rods that nearly meet their attachments.
+    /// Keeps each taut rod whose end nearly meets its attachment, as a start for the next point.
     fn keep_warm(&self, assembly: &Assembly, points: &[LinkPoint]) {
         let rods = assembly.links().iter().zip(points).zip(&*self.warm);
         for ((link, point), warm) in rods {

@@ -241,8 +241,8 @@ impl UnknownScales {
     }
 }
 
-/// Scales of the gap of a rod in the equations of statics. With the sign of a taut rod their determinant has the sign
-/// that it has in the chart of the base wrench, so that a branch may change from one chart to the other.
+/// Scales of the gap of a rod in the equations of statics. The sign of a taut rod gives their determinant
+/// the sign of the chart of the base wrench. A branch may then change from one chart to the other.
 fn statical_scale(link: &Link, point: &LinkPoint) -> Matrix6<f64> {
     let mut scale = link.gap_scale(&point.end);
     if let Some(taut) = point.end.taut() {

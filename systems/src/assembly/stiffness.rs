@@ -471,7 +471,7 @@ impl Assembly {
             _ if self.freedoms().1 == 0 => 0,
             Ok(stiffness) => {
                 let mut matrix = stiffness.matrix;
-                // Motions that cost nothing by a symmetry count as held, whatever rounding makes of them.
+                // Motions that a symmetry leaves free count as held: rounding could make their stiffness negative.
                 let free = self.free_displacements(now, &points);
                 let size = matrix.amax();
                 for z in free.column_iter() {

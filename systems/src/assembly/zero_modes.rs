@@ -26,13 +26,13 @@ use crate::error::Result;
 use crate::math::se3::{halves, join, left_jacobian};
 use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 
-/// Size of J T c over that of J up to which the motion c costs nothing.
+/// A motion c costs nothing if the norm of J T c is at most this part of the norm of J.
 const NEUTRAL: f64 = 1e-9;
 /// Ratio of the least pivot of a matrix to its least singular value beyond which the second is not looked at.
 const SURELY: f64 = 1e3;
 /// Bound in place of [`NEUTRAL`] near an equilibrium that has the zero mode.
 const NEARLY: f64 = 1e-3;
-/// Relative change of a chart by a spin below which the spin leaves the rod as it is.
+/// A spin that changes the chart of a rod by less than this part leaves the rod as it is.
 const AT_REST: f64 = 1e-9;
 /// Part of a motion, of length 1 in the unknowns, that is rounding.
 const STANDING: f64 = 1e-7;
@@ -40,7 +40,7 @@ const STANDING: f64 = 1e-7;
 /// A motion of an assembly that costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FreeMotion {
-    /// The sections of this rod turn about their tangents.
+    /// All sections of the rod with this number turn about their own tangents.
     Spin(usize),
     /// Parts turn about an axis with this unit vector, through the point nearest to the origin.
     Turn {
@@ -131,7 +131,7 @@ fn beside(rows: usize, columns: &[DVector<f64>]) -> DMatrix<f64> {
     DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i])
 }
 
-/// Subtracts from each column of `rest` its part along `by`, and drops columns that vanish.
+/// The columns of `rest` without their parts along `by`; columns that vanish are dropped.
 fn without(rest: &DMatrix<f64>, by: &DVector<f64>) -> DMatrix<f64> {
     let mut kept: Vec<DVector<f64>> = Vec::new();
     for column in rest.column_iter() {
@@ -328,7 +328,7 @@ impl Assembly {
         if free.ncols() == 0 || bodies == 0 {
             return;
         }
-        // The zero modes here that go with those of the phase.
+        // The present zero modes that continue the zero modes at the start of the branch.
         let free = &free * free.tr_mul(&phase.along);
         let mut against = DMatrix::zeros(size, free.ncols());
         let (starts, _) = self.freedoms();
@@ -357,7 +357,7 @@ impl Assembly {
     }
 }
 
-/// The vector or its opposite, of which the last component that does not vanish is positive.
+/// `v` or `-v`, with the sign that makes the last nonzero component positive.
 fn upright(v: Vector3<f64>) -> Vector3<f64> {
     let last = v.iter().rev().find(|x| x.abs() > STANDING);
     v * last.map_or(1.0, |x| x.signum())

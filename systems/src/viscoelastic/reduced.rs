@@ -45,7 +45,7 @@ pub struct Configuration<S, const M: usize, const D: usize> {
     pub energy: f64,
     /// Potential of a load along the rod.
     pub potential: f64,
-    /// Resultants of loads along the rod that have no potential; empty without such loads.
+    /// Resultants, along the rod, of the loads without a potential; empty without such loads.
     pub turning: Vec<Local<M>>,
 }
 

@@ -301,7 +301,7 @@ impl Simulation {
         rods.map(|rod| rod.name.clone()).collect()
     }
 
-    /// The rods now, as [`shapes`](fn@super::shapes) gives them.
+    /// The present shapes of the rods, in the form of [`shapes`](fn@super::shapes).
     ///
     /// # Errors
     /// A state that cannot be evaluated.
@@ -538,7 +538,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// A simulation of its own in the same state ([`Simulation::state`]).
+    /// Another simulation in the present state ([`Simulation::state`]), independent of this one.
     ///
     /// # Errors
     /// Those of [`Simulation::state`].
