@@ -206,7 +206,7 @@ pub use snaprod_systems::{
     solve, viscoelastic,
 };
 #[doc(inline)]
-pub use snaprod_walls::{membrane, ring, tube};
+pub use snaprod_walls::{flow, membrane, ring, tube};
 #[doc(inline)]
 pub use snaprod_waves::bar;
 

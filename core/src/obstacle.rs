@@ -1,7 +1,7 @@
 //! Obstacles as signed distances with their first two derivatives.
 
 use crate::error::{Error, Result};
-use nalgebra::{Matrix3, Rotation3, UnitVector3, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitVector3, Vector2, Vector3};
 
 /// A fixed body that rods and other bodies do not enter, as a signed distance.
 ///
@@ -329,6 +329,86 @@ impl Obstacle {
             Self::Capsule { .. } => "capsule",
             Self::Cuboid { .. } => "box",
             Self::Prism { .. } => "polygon",
+        }
+    }
+
+    /// Half of the least thickness; infinite for planes, and for tubes and shells that are touched from inside.
+    pub fn least_radius(&self) -> f64 {
+        match self {
+            Self::Plane { .. } => f64::INFINITY,
+            Self::Cylinder { radius, inside, .. } | Self::Sphere { radius, inside, .. } => {
+                if *inside {
+                    f64::INFINITY
+                } else {
+                    *radius
+                }
+            }
+            Self::Capsule { radius, .. } => *radius,
+            Self::Cuboid { half_sides, .. } => half_sides.min(),
+            Self::Prism { corners } => {
+                let count = corners.len();
+                // The width across each edge is the distance of the farthest corner.
+                let widths = (0..count).map(|i| {
+                    let (a, b) = (corners[i], corners[(i + 1) % count]);
+                    let along = (b - a).normalize();
+                    let each = corners.iter().map(|corner| along.perp(&(corner - a)).abs());
+                    each.fold(0.0, f64::max)
+                });
+                0.5 * widths.fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
+    /// The obstacle in the coordinates of a frame at this place. A polygon is seen from frames in its plane alone.
+    #[must_use]
+    pub fn seen_from(&self, frame: &Isometry3<f64>) -> Self {
+        let inverse = frame.inverse();
+        let place = |x: &Vector3<f64>| inverse.transform_point(&(*x).into()).coords;
+        let turned = |v: &UnitVector3<f64>| inverse.rotation * v;
+        match self {
+            Self::Plane { point, normal } => Self::Plane {
+                point: place(point),
+                normal: turned(normal),
+            },
+            Self::Cylinder {
+                point,
+                axis,
+                radius,
+                inside,
+            } => Self::Cylinder {
+                point: place(point),
+                axis: turned(axis),
+                radius: *radius,
+                inside: *inside,
+            },
+            Self::Sphere {
+                centre,
+                radius,
+                inside,
+            } => Self::Sphere {
+                centre: place(centre),
+                radius: *radius,
+                inside: *inside,
+            },
+            Self::Capsule { from, to, radius } => Self::Capsule {
+                from: place(from),
+                to: place(to),
+                radius: *radius,
+            },
+            Self::Cuboid {
+                centre,
+                rotation,
+                half_sides,
+            } => Self::Cuboid {
+                centre: place(centre),
+                rotation: inverse.rotation.to_rotation_matrix() * rotation,
+                half_sides: *half_sides,
+            },
+            Self::Prism { corners } => Self::Prism {
+                corners: (corners.iter())
+                    .map(|corner| place(&Vector3::new(corner.x, corner.y, 0.0)).xy())
+                    .collect(),
+            },
         }
     }
 

@@ -11,6 +11,7 @@
 //!   ([`OnSheet`]), through its fold, by a [`Snap`] onto the next.
 //! * [`viscoelastic`]: a viscoelastic rod, whose state is the field of its strains.
 //! * [`full_mass`]: a rod with mass, whose state is the field of its strains and of their rates.
+//! * [`sensitivity`]: derivatives of a motion on sheets by a parameter, through its snaps.
 //! * [`contact`]: rigid bodies without rods that hit obstacles and each other.
 //! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.
 #![warn(missing_docs)]
@@ -30,6 +31,7 @@ mod options;
 pub mod reduction;
 mod run;
 mod saved_state;
+pub mod sensitivity;
 mod sheet;
 mod snap;
 mod start;

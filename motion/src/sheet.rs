@@ -570,7 +570,7 @@ fn written<S>(f: impl Fn(&S) -> Option<S>) -> impl Fn(&S, &mut S) -> Option<()> 
 
 /// The right-hand side of the motion.
 #[inline]
-fn slope<M: Multivalued<N>, const N: usize>(
+pub(crate) fn slope<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     patch: Patch,
     body: &PointMass<N>,

@@ -347,6 +347,10 @@ impl State for ViscousSample<Plane, 1, 2> {
         self.distance()
     }
 
+    fn contact(&self) -> Option<&ContactSample> {
+        self.contact.as_ref()
+    }
+
     fn equilibrium(&self) -> Option<Labels> {
         let near = near_equilibrium(self)?;
         Some(Labels {
@@ -453,6 +457,10 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
 
     fn distance(&self) -> f64 {
         self.distance()
+    }
+
+    fn contact(&self) -> Option<&ContactSample> {
+        self.contact.as_ref()
     }
 
     fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {

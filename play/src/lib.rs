@@ -8,6 +8,9 @@ use snaprod_core::elastica::{DraggedRod, DraggedSnap, Elastica, Equilibrium, Fol
 use snaprod_core::manifold::Multivalued;
 use std::sync::Mutex;
 
+/// Distance from the clamp at which a swinging mass is thrown back, in lengths of the rod.
+const TAUT: f64 = 0.9995;
+
 /// The rod in the hand, the snaps of its last move, and the last answer.
 struct Stage {
     rod: Option<DraggedRod>,
@@ -21,7 +24,7 @@ static STAGE: Mutex<Stage> = Mutex::new(Stage {
     answer: Vec::new(),
 });
 
-/// Writes an answer; its length, -1 where there is none.
+/// Writes an answer; returns the length, -1 without an answer.
 fn told(answer: impl FnOnce(&mut Stage) -> Option<Vec<f64>>) -> i32 {
     // Nothing panics while it is locked.
     let Ok(mut stage) = STAGE.lock() else {
@@ -34,7 +37,7 @@ fn told(answer: impl FnOnce(&mut Stage) -> Option<Vec<f64>>) -> i32 {
     stage.answer.len() as i32
 }
 
-/// Where the numbers of the last answer are.
+/// Address of the numbers of the last answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const f64 {
     STAGE
@@ -58,12 +61,47 @@ pub extern "C" fn hold(p: f64, w: f64) -> i32 {
 pub extern "C" fn drag(x: f64, y: f64) -> i32 {
     told(|stage| {
         stage.snaps = stage.rod.as_mut()?.drag_to(&Vector2::new(x, y)).ok()?;
-        let snap = |s: &DraggedSnap| {
-            [
-                s.from[0], s.from[1], s.to[0], s.to[1], s.place[0], s.place[1], s.released,
-            ]
+        Some(stage.snaps.iter().flat_map(numbers_of).collect())
+    })
+}
+
+fn numbers_of(s: &DraggedSnap) -> [f64; 7] {
+    [
+        s.from[0], s.from[1], s.to[0], s.to[1], s.place[0], s.place[1], s.released,
+    ]
+}
+
+/// Lets a mass 1 at the end move for `duration` from the velocity (vx, vy), under gravity down and drag: its velocity
+/// then, and what [`drag`] answers for the snaps on the way. Steps of Verlet, shorter where the rod is nearly straight
+/// or the mass is fast. At full reach the mass bounces. -1 if the rod did not get there.
+#[unsafe(no_mangle)]
+pub extern "C" fn swing(vx: f64, vy: f64, gravity: f64, drag: f64, duration: f64) -> i32 {
+    told(|stage| {
+        let rod = stage.rod.as_mut()?;
+        let (mut v, mut left) = (Vector2::new(vx, vy), duration);
+        stage.snaps.clear();
+        let force = |rod: &DraggedRod, v: Vector2<f64>| {
+            let e = Equilibrium::new(rod.chart()[0], rod.chart()[1]).ok()?;
+            Some(Vector2::from(e.force) - Vector2::new(0.0, gravity) - v * drag)
         };
-        Some(stage.snaps.iter().flat_map(snap).collect())
+        while left > 0.0 {
+            let room = (1.0 - rod.place().norm()).max(1e-6);
+            let step = left.min(4e-3).min(0.05 * room / v.norm().max(1.0));
+            let half = v + force(rod, v)? * (0.5 * step);
+            let target = rod.place() + half * step;
+            let out = target.normalize();
+            if target.norm() > TAUT && half.dot(&out) > 0.0 {
+                // A taut rod throws the mass back without loss.
+                v -= out * (2.0 * v.dot(&out));
+                left -= step;
+                continue;
+            }
+            stage.snaps.extend(rod.drag_to(&target).ok()?);
+            v = half + force(rod, half)? * (0.5 * step);
+            left -= step;
+        }
+        let snaps = stage.snaps.iter().flat_map(numbers_of);
+        Some([v.x, v.y].into_iter().chain(snaps).collect())
     })
 }
 

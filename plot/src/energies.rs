@@ -42,7 +42,8 @@ pub struct Energies {
 
 /// Draws the energies against time and, below, the size of the ledger's error on a logarithmic scale, as SVG;
 /// snaps are vertical lines. An initial elastic or potential energy that would hide the motion is subtracted
-/// from that energy and from the total, as their names say.
+/// from that energy and from the total, as their names say. Losses and work more than five times as large as all
+/// other terms have a panel of their own.
 ///
 /// Fails without two different finite times or without energies.
 pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
@@ -81,26 +82,50 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
         })
         .collect();
     let curves: Vec<PlottedCurve> = histories.iter().map(|one| one.line.clone()).collect();
+    // Losses and work that add up would flatten all others: they then have a panel of their own.
+    let adds_up = |name: &str| ["dissipated", "work"].contains(&name);
+    let most = |up: bool| {
+        let of = used.clone().zip(&told);
+        let of = of.filter(|(((name, ..), _), _)| adds_up(name) == up);
+        let spans = of.filter_map(|(_, values)| extent(values));
+        spans.fold(0.0, |most, (low, high)| {
+            f64::max(most, high.max(0.0) - low.min(0.0))
+        })
+    };
+    let apart = most(false) > 0.0 && most(true) > APART * most(false);
+    let (mut above, mut beside) = (Vec::new(), Vec::new());
+    for ((((name, ..), _), values), history) in used.clone().zip(&told).zip(&histories) {
+        let to = if apart && adds_up(name) {
+            &mut beside
+        } else {
+            &mut above
+        };
+        to.push((values, history));
+    }
     let sizes = used.flat_map(|((_, values, _), _)| values.iter().filter(|v| v.is_finite()));
     let largest = sizes.fold(0.0, |most, v| f64::max(most, v.abs()));
-    let y = Axis::fit(
-        told.iter().flatten(),
-        false,
-        &data.units.energy_of("energy"),
-        6,
-    )
-    .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
     let mut entries = named(&curves);
     if !data.snaps.is_empty() {
         entries.push(Entry::new(Key::Line(SNAP), snap_name(&data.snaps_name)));
     }
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
     let snaps = |canvas: &mut Canvas, panel: &Panel| snap_lines(canvas, panel, &data.snaps);
-    let upper =
-        PageBlock::plane(x.clone(), y, Height::Pixels(250.0), curves).under(|canvas, panel| {
+    let panel = |of: &[(&Vec<f64>, &History)], height: f64| -> Result<PageBlock> {
+        let values = of.iter().flat_map(|(values, _)| values.iter());
+        let y = Axis::fit(values, false, &data.units.energy_of("energy"), 6)
+            .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
+        let curves = of.iter().map(|(_, history)| history.line.clone()).collect();
+        let histories: Vec<History> = of.iter().map(|(_, history)| (*history).clone()).collect();
+        let block = PageBlock::plane(x.clone(), y, Height::Pixels(height), curves);
+        Ok(block.under(move |canvas, panel| {
             histories.iter().for_each(|one| one.band(canvas, panel));
             snaps(canvas, panel);
-        });
+        }))
+    };
+    let mut blocks = vec![panel(&above, if apart { 190.0 } else { 250.0 })?];
+    if apart {
+        blocks.push(panel(&beside, 110.0)?);
+    }
     let rounding = ROUNDING * largest;
     // A NaN is no rounding.
     if data.error.iter().all(|e| e.abs() <= rounding) {
@@ -110,16 +135,17 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
             closed_to(rounding, &data.units.energy)
         };
         let page = Page::new("Energies of a motion", &said, vec![entries]);
-        return page.column(Width::Whole(WIDTH), vec![upper]).draw(paper);
+        return page.column(Width::Whole(WIDTH), blocks).draw(paper);
     }
     let error_axis = error_scale(&data.error, rounding, &data.units);
     let sizes = data.error.iter().map(|e| e.abs().max(error_axis.lo));
     let (time, sizes) = thinned(&data.time, &sizes.collect::<Vec<_>>());
     let error = PlottedCurve::line_of(Pen::new(category(0), 1.0), &time, &sizes);
-    let lower = PageBlock::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
+    let lower =
+        PageBlock::plane(x.clone(), error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
+    blocks.push(lower);
     let page = Page::new("Energies of a motion", "", vec![entries]);
-    page.column(Width::Whole(WIDTH), vec![upper, lower])
-        .draw(paper)
+    page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
 /// Initial value of a term if it would hide the motion, that is if nothing changes by more than a small part
@@ -163,6 +189,8 @@ pub(crate) fn snap_name(given: &str) -> &str {
     }
 }
 
+/// Size of losses and work, in that of the other terms, from which they have a panel of their own.
+const APART: f64 = 5.0;
 /// Largest change, as a part of a term, at which the term hides the change; smallest change that is more than
 /// the rounding of a motion at rest.
 const HIDES: f64 = 0.25;

@@ -32,8 +32,15 @@ fn drawing(svg: &str) -> Result<usvg::Tree> {
 /// Fails if `svg` is not SVG, or if the picture would be empty or more than 16384 pixels wide or high.
 #[cfg(feature = "png")]
 pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>> {
+    pixels(&drawing(svg)?, scale)?
+        .encode_png()
+        .map_err(|e| Error::domain(format!("PNG: the picture could not be encoded: {e}")))
+}
+
+/// The drawing in pixels.
+#[cfg(feature = "png")]
+fn pixels(tree: &usvg::Tree, scale: f32) -> Result<resvg::tiny_skia::Pixmap> {
     use resvg::tiny_skia;
-    let tree = drawing(svg)?;
     let (width, height) = (tree.size().width() * scale, tree.size().height() * scale);
     let fits = |side: f32| (1.0..=LARGEST).contains(&side.round());
     if !(fits(width) && fits(height)) {
@@ -41,13 +48,40 @@ pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>> {
             "PNG: a picture of {width} x {height} pixels"
         )));
     }
-    tiny_skia::Pixmap::new(width.round() as u32, height.round() as u32)
-        .and_then(|mut pixels| {
-            let enlarge = tiny_skia::Transform::from_scale(scale, scale);
-            resvg::render(&tree, enlarge, &mut pixels.as_mut());
-            pixels.encode_png().ok()
-        })
-        .ok_or_else(|| Error::domain("PNG: the picture could not be encoded"))
+    let mut pixels = tiny_skia::Pixmap::new(width.round() as u32, height.round() as u32)
+        .ok_or_else(|| Error::domain("PNG: the picture has no room in memory"))?;
+    let enlarge = tiny_skia::Transform::from_scale(scale, scale);
+    resvg::render(tree, enlarge, &mut pixels.as_mut());
+    Ok(pixels)
+}
+
+/// Turns frames of one size into an animated GIF that runs over and over; each frame is shown for its seconds, to a
+/// hundredth. Each pixel of a frame becomes `scale` pixels. A frame has at most 256 colours, its most frequent ones.
+///
+/// Fails if a frame is not SVG, if there is none, or if a side is more than 16384 pixels.
+#[cfg(feature = "png")]
+pub fn gif(frames: &[String], seconds: &[f64], scale: f32) -> Result<Vec<u8>> {
+    let broken = |e: gif::EncodingError| Error::domain(format!("GIF: {e}"));
+    let draw = |svg: &String| pixels(&drawing(svg)?, scale);
+    let first = frames.first().map(draw).transpose()?;
+    let first = first.ok_or_else(|| Error::domain("GIF: a film without frames"))?;
+    let (width, height) = (first.width() as u16, first.height() as u16);
+    let mut bytes = Vec::new();
+    // The end of the file is written when the encoder goes.
+    {
+        let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[]).map_err(broken)?;
+        encoder.set_repeat(gif::Repeat::Infinite).map_err(broken)?;
+        for (svg, seconds) in frames.iter().zip(seconds) {
+            let mut pixels = draw(svg)?;
+            if (pixels.width(), pixels.height()) != (first.width(), first.height()) {
+                return Err(Error::domain("GIF: frames of several sizes"));
+            }
+            let mut frame = gif::Frame::from_rgba_speed(width, height, pixels.data_mut(), 20);
+            frame.delay = (seconds * 100.0).round().clamp(2.0, 6e4) as u16;
+            encoder.write_frame(&frame).map_err(broken)?;
+        }
+    }
+    Ok(bytes)
 }
 
 /// Turns an SVG figure of this crate into PDF. The page has the size of the figure, with lines as lines and letters
@@ -109,6 +143,25 @@ mod tests {
         ] {
             assert!(png(svg, scale).is_err_and(|e| e.is_domain()));
         }
+    }
+
+    /// Catches films without some frames, times or colours.
+    #[test]
+    fn a_gif_shows_each_frame_for_its_time() {
+        let frames = [["a", "y", "z"], ["b", "y", "z"]].map(|words| figure(&Paper::SCREEN, words));
+        let bytes = gif(&frames, &[0.5, 0.04], 1.0).unwrap();
+        let mut options = ::gif::DecodeOptions::new();
+        options.set_color_output(::gif::ColorOutput::RGBA);
+        let mut decoder = options.read_info(&bytes[..]).unwrap();
+        let mut delays = Vec::new();
+        while let Some(frame) = decoder.read_next_frame().unwrap() {
+            delays.push(frame.delay);
+            let white = frame.buffer.chunks(4).filter(|p| **p == [255; 4]).count();
+            let all = frame.buffer.len() / 4;
+            assert!(white > all / 2 && white < all, "{white} of {all}");
+        }
+        assert_eq!(delays, [50, 4]);
+        assert!(gif(&[], &[], 1.0).is_err_and(|e| e.is_domain()));
     }
 
     /// Catches pages of another size than the paper, and letters that were lost or became outlines.

@@ -28,7 +28,7 @@ pub struct StrainMap {
     /// The strain's name with its unit; if empty "curvature (1/ℓ)" with the unit of length.
     pub strain_label: String,
     /// The strain at the ends of the colour scale, which is symmetric about zero. By default the largest
-    /// |strain| shown.
+    /// |strain| shown. Strains of one sign, up to a twentieth of the largest, then have a scale with all colours.
     pub strain_range: Option<f64>,
     /// `dissipation[i][j]` is the power dissipated per length at `time[i]` and `s[j]`, energy / (length x
     /// time); empty to leave the panel out. Values that are not finite leave a gap.
@@ -192,6 +192,18 @@ fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<HeatPanel> {
         "" => data.units.curvature(),
         label => label.to_owned(),
     };
+    if let Some((lo, hi)) = one_sided(&values).filter(|_| data.strain_range.is_none()) {
+        return Ok(HeatPanel {
+            open: [false; 2],
+            levels: values.iter().map(|v| (v - lo) / (hi - lo)).collect(),
+            scale: Axis::linear(lo, hi, &label, 6),
+            colour: if hi > -lo {
+                sequential
+            } else {
+                |t| sequential(1.0 - t)
+            },
+        });
+    }
     Ok(HeatPanel {
         open: [
             values.iter().any(|v| *v < -range),
@@ -201,6 +213,17 @@ fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<HeatPanel> {
         scale: Axis::linear(-range, range, &label, 6),
         colour: diverging,
     })
+}
+
+/// The range from zero, of values that have one sign up to small exceptions; `None` for all others.
+fn one_sided(values: &[f64]) -> Option<(f64, f64)> {
+    /// Part of the largest value that values of the other sign stay below.
+    const SMALL: f64 = 0.05;
+    let (lo, hi) = values
+        .iter()
+        .fold((0f64, 0f64), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+    let (least, most) = (hi.min(-lo), hi.max(-lo));
+    (least < SMALL * most && most < 1e300).then_some((lo, hi))
 }
 
 fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<HeatPanel> {

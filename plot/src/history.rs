@@ -17,6 +17,7 @@ const SMALL: f64 = 0.02;
 const BAND: f64 = 0.25;
 
 /// The drawn form of a curve over time.
+#[derive(Clone)]
 pub(crate) struct History {
     /// The curve itself, or the mean of a band.
     pub line: PlottedCurve,

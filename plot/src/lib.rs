@@ -28,6 +28,7 @@
 //! | [`outcome_map`] | the outcome of a sweep over two fields of a scene |
 //! | [`swept_curves`] | the outcome of a sweep over one field |
 //! | [`fit`](fit()) | measured data, the model fitted to them, and the residuals |
+//! | [`film`](film()), [`moving`] | a motion as frames, and as one moving picture |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
 //! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an error
@@ -44,6 +45,7 @@ mod data;
 mod depth;
 mod energies;
 mod faces;
+mod film;
 mod fit;
 #[cfg(any(feature = "png", feature = "pdf"))]
 mod formats;
@@ -82,11 +84,12 @@ pub use axes::Scale;
 pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
 pub use data::{AxisUnits, Bounds, Curve, Field, LineStyle, Patch, Series, View};
 pub use energies::{Energies, energies};
+pub use film::{FilmFigure, FilmFrame, film, moving};
 pub use fit::{FitFigure, FittedCurve, fit};
 #[cfg(feature = "pdf")]
 pub use formats::pdf;
 #[cfg(feature = "png")]
-pub use formats::png;
+pub use formats::{gif, png};
 pub use heat::{StrainMap, strain_map};
 pub use kernel::{KernelCurve, KernelFigure, kernel};
 pub use layer::{LayerFigure, LayerRun, layer};

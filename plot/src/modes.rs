@@ -46,7 +46,7 @@ pub struct ModeShape {
 ///
 /// Fails if there is no mode, or no finite point.
 pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
-    const PANEL: f64 = 300.0;
+    const PANEL: f64 = 265.0;
     let none = || Error::domain("figure of modes: no mode with a finite point to show");
     let all = data
         .rods
@@ -126,7 +126,7 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     let page = blocks.into_iter().fold(page, |page, blocks| {
         page.column(Width::Panels(PANEL), blocks)
     });
-    page.draw(paper)
+    page.grid().draw(paper)
 }
 
 fn colour(rod: &SpaceRod) -> Colour {

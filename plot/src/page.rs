@@ -21,8 +21,11 @@ const ABOVE: f64 = 10.0;
 const GAP: f64 = 14.0;
 /// Height of a title.
 const TITLE_HEIGHT: f64 = 24.0;
-/// Least width of columns side by side.
+/// Least width of columns side by side, and of those of a figure that is printed narrow, whose panels are alike.
 const NARROW: f64 = 230.0;
+const NARROWEST: f64 = 180.0;
+/// Most height of the block over several columns, as a part of the width.
+const HEAD: f64 = 0.52;
 /// Least height of panels in narrow figures, relative to the usual.
 const LOW: f64 = 0.75;
 
@@ -218,6 +221,10 @@ pub(crate) struct Page<'a> {
     /// Each group of entries begins a row.
     legend: Vec<Vec<Entry>>,
     columns: Vec<(Width, Vec<PageBlock<'a>>)>,
+    /// A block over all columns, as wide as they are together.
+    head: Option<PageBlock<'a>>,
+    /// True for panels of one kind, in rows: a narrow figure has fewer panels in a row.
+    grid: bool,
 }
 
 /// A block as laid out: [left, top, width, height] of its panel or box.
@@ -236,7 +243,15 @@ impl<'a> Page<'a> {
             title,
             legend,
             columns: Vec::new(),
+            head: None,
+            grid: false,
         }
+    }
+
+    /// Says that the blocks are alike, and stand in rows across the columns.
+    pub(crate) fn grid(mut self) -> Self {
+        self.grid = true;
+        self
     }
 
     /// Adds a column at the right.
@@ -247,7 +262,8 @@ impl<'a> Page<'a> {
 
     /// Title and description for screen readers: the quantities on the axes, and the names in the legends.
     fn words(&self) -> [String; 2] {
-        let blocks = || self.columns.iter().flat_map(|(_, blocks)| blocks);
+        let columns = || self.columns.iter().flat_map(|(_, blocks)| blocks);
+        let blocks = || self.head.iter().chain(columns());
         let axes = blocks().filter_map(|block| match &block.body {
             BlockContent::Plane(plane) => {
                 Some(match (plane.y.label.as_str(), plane.x.label.as_str()) {
@@ -308,8 +324,24 @@ impl<'a> Page<'a> {
 
         let (mut edge, mut bottom) = (0.0, 0.0);
         let mut laid: Vec<PlacedBlock> = Vec::new();
+        let mut start = ABOVE + titled + legend.height();
+        let spans = (self.head.as_mut())
+            .map(|head| measure(Width::Whole(total), std::slice::from_mut(head)));
+        if let (Some(head), Some([room, inner, _])) = (&self.head, spans) {
+            let own = Legend::new(&head.legend, inner);
+            let top = start + above + own.height();
+            let height = head.height(inner).min(HEAD * total);
+            start = top + height + head.gap(false);
+            laid.push(PlacedBlock {
+                block: head,
+                legend: own,
+                place: [room, top, inner, height],
+                shared: false,
+                alone: false,
+            });
+        }
         for ((_, blocks), [room, inner, width]) in self.columns.iter().zip(measures) {
-            let mut below = ABOVE + titled + legend.height();
+            let mut below = start;
             for (i, block) in blocks.iter().enumerate() {
                 let own = Legend::new(&block.legend, inner);
                 let shared = block.shares(blocks.get(i + 1));
@@ -363,18 +395,44 @@ impl<'a> Page<'a> {
             |measures: &[[f64; 3]]| measures.iter().fold(0.0, |most, m| f64::max(most, m[2]));
         let mut parts: Vec<f64> = measures.iter().map(|m| width * m[2] / total).collect();
         if self.columns.len() > 1 && parts.iter().any(|part| *part < NARROW) {
+            let panels = self.columns.iter().map(|(_, blocks)| blocks.len()).max();
+            let fewer = ((width / NARROWEST) as usize).clamp(1, self.columns.len());
+            let fewer = if self.grid { fewer } else { 1 };
             let mut columns: Vec<_> = std::mem::take(&mut self.columns)
                 .into_iter()
                 .map(|(_, blocks)| blocks.into_iter())
                 .collect();
-            let rows = columns.iter().map(|blocks| blocks.len()).max();
-            let in_order = (0..rows.unwrap_or(0)).flat_map(|_| {
+            if let [first, _] = &mut columns[..]
+                && first.len() == 1
+                && panels > Some(2)
+                && width >= 2.0 * NARROWEST
+            {
+                // One block over two columns of the panels beside it.
+                self.head = first.next();
+            }
+            let rows = panels.unwrap_or(0);
+            let in_order = (0..rows).flat_map(|_| {
                 let row: Vec<PageBlock> = columns.iter_mut().filter_map(Iterator::next).collect();
                 row
             });
-            let blocks = in_order.collect();
-            self.columns.push((Width::Whole(widest(measures)), blocks));
-            parts = vec![width];
+            let blocks: Vec<PageBlock> = in_order.collect();
+            let fewer = if self.head.is_some() { 2 } else { fewer };
+            let mut dealt: Vec<Vec<PageBlock>> = (0..fewer).map(|_| Vec::new()).collect();
+            for (k, block) in blocks.into_iter().enumerate() {
+                dealt[k % fewer].push(block);
+            }
+            let wide = widest(measures);
+            self.columns = dealt
+                .into_iter()
+                .map(|blocks| (Width::Whole(wide), blocks))
+                .collect();
+            parts = vec![width / fewer as f64; fewer];
+            if let Some(head) = &mut self.head {
+                let [_, before, _] =
+                    measure(Width::Whole(measures[0][2]), std::slice::from_mut(head));
+                let [_, after, _] = measure(Width::Whole(width), std::slice::from_mut(head));
+                head.stretch(after / before);
+            }
         }
         for ((was, blocks), part) in self.columns.iter_mut().zip(parts) {
             let [_, before, _] = measure(*was, blocks);

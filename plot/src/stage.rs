@@ -85,6 +85,28 @@ impl StageWord {
 }
 
 impl AxisEdge {
+    /// True if two numbers in a row touch.
+    fn overprints(&self) -> bool {
+        let mut pairs = self.words.windows(2);
+        pairs.any(|two| meet(&two[0].area(), &two[1].area(), 2.0, -3.0))
+    }
+
+    /// Leaves out every other number with its mark, but not 0.
+    fn thin_out(&mut self) {
+        let is_zero = |word: &StageWord| word.text.chars().all(|c| "0.".contains(c));
+        let odd = self.words.iter().position(is_zero).unwrap_or(0) % 2;
+        let mut k = 0;
+        self.words.retain(|_| {
+            k += 1;
+            k % 2 != odd
+        });
+        let mut k = 0;
+        self.marks.retain(|_| {
+            k += 1;
+            k % 2 != odd
+        });
+    }
+
     /// Moves numbers that run into a word of another axis a little towards the middle of the edge, as where
     /// both axes end in one corner. A number that cannot be parted goes with its mark.
     fn yield_to(&mut self, others: &[StageWord]) {
@@ -386,6 +408,9 @@ impl Stage {
                 text,
                 font,
             });
+        }
+        while edge.overprints() {
+            edge.thin_out();
         }
         edge.ticks = ticks;
         if length > 12.0 {

@@ -255,7 +255,11 @@ fn group(
     let mut entries = named(&curves);
     if !none.is_empty() {
         let names: Vec<&str> = none.iter().map(|&k| names[k]).collect();
-        entries.push(Entry::new(Key::Line(ZERO), names.join(" = ") + " = 0"));
+        let told = match names[..] {
+            [one, _, other] if some.is_empty() => format!("{one} to {other} = 0"),
+            _ => names.join(" = ") + " = 0",
+        };
+        entries.push(Entry::new(Key::Line(ZERO), told));
     }
     // Vanishing components are drawn at 0, whatever the roundoff on the panel's scale.
     let shown = some.iter().flat_map(|&k| values[k].iter().copied());

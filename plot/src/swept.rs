@@ -1,6 +1,6 @@
 //! Outcomes of a sweep over one field of a scene: numbers over that field.
 
-use super::axes::Axis;
+use super::axes::{Axis, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::as_many;
 use super::geometry::{Pixel, finite};
@@ -29,7 +29,7 @@ const FIGURE: &str = "figure of a sweep";
 const MARKS: usize = 120;
 
 /// Draws numbers of a sweep over its field as marks, as SVG, in the colours of an outcome map. A thin line
-/// joins neighbours with the same word; between others the outcome changes.
+/// joins neighbours with the same word; between others the outcome changes. The line breaks at jumps.
 ///
 /// Fails if a list has not as many entries as the field has values, or if nothing is finite.
 pub fn swept_curves(data: &SweptCurves, paper: &Paper) -> Result<String> {
@@ -77,8 +77,40 @@ pub fn swept_curves(data: &SweptCurves, paper: &Paper) -> Result<String> {
     page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
+/// Rise that is a jump: in medians of all rises, and as a part of the range.
+const JUMP: f64 = 8.0;
+const PART: f64 = 0.25;
+
+/// True for each point to which the values jump from the one before.
+fn jumps(pixels: &[Pixel]) -> Vec<bool> {
+    let rises: Vec<f64> = pixels
+        .windows(2)
+        .map(|two| (two[1].1 - two[0].1).abs())
+        .collect();
+    let mut known: Vec<f64> = rises
+        .iter()
+        .copied()
+        .filter(|rise| rise.is_finite())
+        .collect();
+    known.sort_by(f64::total_cmp);
+    let heights: Vec<f64> = pixels.iter().map(|at| at.1).collect();
+    let (Some(median), Some((low, high))) = (known.get(known.len() / 2), extent(&heights)) else {
+        return vec![false; pixels.len()];
+    };
+    let least = (JUMP * median).max(PART * (high - low));
+    // Of few points each may be far from the next.
+    let many = pixels.len() > 8;
+    std::iter::once(false)
+        .chain(rises.iter().map(|rise| many && *rise > least))
+        .collect()
+}
+
 fn paint(canvas: &mut Canvas, pixels: &[Pixel], colours: &[Colour], words: &[String]) {
+    let jumps = jumps(pixels);
     for i in 1..pixels.len() {
+        if jumps[i] {
+            continue;
+        }
         if words.is_empty() || words[i - 1] == words[i] {
             canvas.line(&pixels[i - 1..=i], Pen::new(colours[i].tint(0.4), 1.2));
         }

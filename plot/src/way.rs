@@ -13,6 +13,7 @@ use super::paper::Paper;
 use super::scenery::{GROOVE, GROOVE_NAME};
 use super::spread::Spread;
 use super::stage::{Stage, size_of};
+use super::text;
 use snaprod_core::error::{Error, Result};
 
 /// Path of a point in space over time.
@@ -52,7 +53,7 @@ const TONES: f64 = 64.0;
 /// Draws the path in a box of its own size, coloured by time, with start, end and snaps, and beside it the
 /// three coordinates over time, as SVG. Each coordinate has a scale of its own. A path along a line has no
 /// box. A path in a coordinate plane is drawn in that plane, with different scales if it is long and narrow.
-/// A coordinate that moves by less than a millionth of another is a level line.
+/// A coordinate that moves by less than a millionth of another stands in the title, without a panel.
 ///
 /// Fails if no point is finite, if there are not as many points as times, or if the times have no span.
 pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
@@ -74,11 +75,24 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     let snaps =
         |canvas: &mut Canvas, panel: &super::axes::Panel| snap_lines(canvas, panel, &data.snaps);
     let still = |i: &usize| bounds[*i][1] - bounds[*i][0] <= STILL * size_of(&bounds);
+    let moves = (0..3).any(|i| !still(&i));
     let mut panels = Vec::new();
+    let mut levels = Vec::new();
     for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
         let values: Vec<f64> = data.points.iter().map(|p| p[i]).collect();
         let still = still(&i);
         let level = 0.5 * (bounds[i][0] + bounds[i][1]);
+        if still && moves {
+            // Rounding of a coordinate at rest is no level.
+            let level = if level.abs() > STILL * size_of(&bounds) {
+                level
+            } else {
+                0.0
+            };
+            let told = format!("{name} = {} {}", text::short(level, 4), data.units.length);
+            levels.push(told.trim_end().to_owned());
+            continue;
+        }
         let values = if still {
             vec![level; values.len()]
         } else {
@@ -93,6 +107,9 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
             snaps(canvas, panel);
         }));
     }
+    let title = [data.title.as_str(), &levels.join(", ")];
+    let title: Vec<&str> = title.into_iter().filter(|part| !part.is_empty()).collect();
+    let title = title.join(": ");
     let mut entries = Vec::new();
     let line = spread.size[1] < LINE * spread.size[0].max(LINE);
     if !data.snaps.is_empty() {
@@ -104,7 +121,7 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
         entries.push(Entry::new(key, snap_name(&data.snaps_name)));
     }
     if line {
-        let page = Page::new("Way of a point in space", &data.title, vec![entries]);
+        let page = Page::new("Way of a point in space", &title, vec![entries]);
         return page.column(Width::Whole(WIDTH), panels).draw(paper);
     }
     entries.insert(0, Entry::new(Key::Mark(Mark::Ring, INK), "start"));
@@ -142,7 +159,7 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
         }
     };
     way.bar = Some(tones.bar(&time_label));
-    let page = Page::new("Way of a point in space", &data.title, vec![entries]);
+    let page = Page::new("Way of a point in space", &title, vec![entries]);
     let page = page.column(Width::Whole(BOX + 60.0), vec![way]);
     page.column(Width::Whole(PANELS), panels).draw(paper)
 }

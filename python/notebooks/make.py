@@ -233,6 +233,104 @@ axes.plot(freer["x"], freer["y"])
 axes.set(xlabel="x", ylabel="y", aspect="equal")''',
 ]
 
+DESIGN = [
+    """# A strip that snaps at a given load
+
+A strip of spring steel is clamped at its foot. Its top slides on a vertical line, and is pressed down by a load that grows. A small couple
+at the top bends the strip, so that it comes to a fold and snaps. Which length and thickness make it snap at 5 N?""",
+    '''import numpy as np
+import snaprod
+
+strip = {
+    "units": "si",
+    "rod": {
+        "model": "cosserat",
+        "length": 0.3,
+        "material": {"E": 2e11, "nu": 0.3},
+        "section": {"rectangle": {"width": 0.02, "thickness": 0.0005}},
+    },
+    "end": {"force": [0.0, 0.0, -1.0], "couple": [0.0, 0.002, 0.0], "position": [0.0, 0.0, "free"]},
+    "solve": {"path": "planar"},
+    "continue": {"parameter": "end.load", "from": 0.0, "to": 60.0},
+}
+branch = snaprod.branch(strip)
+branch.special("LP1")["parameter"]''',
+    """The load of the fold has derivatives by fields of the scene, which the implicit function theorem gives with the branch itself.""",
+    '''fields = ["rod.length", "rod.section.rectangle.thickness"]
+
+def fold(length, thickness):
+    at = snaprod.branch(strip, by=fields, **dict(zip(fields, [length, thickness]))).special("LP1")
+    return at["parameter"], np.array([at["derivatives"][field] for field in fields])
+
+load, slopes = fold(0.3, 0.0005)
+print(f"{load:.6f} N; by length {slopes[0]:.6g} N/m, by thickness {slopes[1]:.6g} N/m")''',
+    """Differences of two branches confirm them, to the digits that differences have.""",
+    '''step = 1e-4
+beside = [fold(0.3 * (1 + side * step), 0.0005)[0] for side in (-1, 1)]
+difference = (beside[1] - beside[0]) / (2 * 0.3 * step)
+assert abs(difference / slopes[0] - 1) < 1e-6''',
+    """Newton's method along the gradient, in the logarithms of length and thickness: each step is the least change of shape that the linear
+model wants. It finds the strip in a few branches.""",
+    '''wanted, shape = 5.0, np.log([0.3, 0.0005])
+for step in range(8):
+    load, slopes = fold(*np.exp(shape))
+    print(f"{step}: {1e3 * np.exp(shape)} mm snap at {load:.9f} N")
+    if abs(load - wanted) < 1e-8:
+        break
+    by_logarithm = slopes * np.exp(shape) / load
+    shape += by_logarithm * np.log(wanted / load) / (by_logarithm @ by_logarithm)
+assert abs(load - wanted) < 1e-8''',
+    """The gradient tells the tolerances of manufacture, too: the load changes by so many percent for one percent of each number.""",
+    '''dict(zip(fields, slopes * np.exp(shape) / load))''',
+]
+
+SPACE = [
+    """# In space, in SI units
+
+A steel wire, 1.5 mm thick, hangs from a clamp and carries a ball of 100 g. Lengths are in metres, forces in newtons, times in seconds.""",
+    '''import matplotlib.pyplot as plt
+import numpy as np
+import snaprod
+
+wire = {
+    "units": "si",
+    "rod": {"model": "cosserat", "length": 0.4, "material": "steel", "section": {"circle": {"diameter": 1.5e-3}}},
+    "clamp": {"position": [0.0, 0.0, 0.5], "quaternion": [0.0, 1.0, 0.0, 0.0]},
+    "body": {"mass": 0.1, "joint": "ball"},
+    "loads": {"gravity": [0.0, 0.0, -9.81]},
+    "start": {"rest": "straight"},
+    "run": {"duration": 8.0, "tolerance": 1e-9, "samples": 1201},
+}''',
+    """First the frequency of small swings. The ball pulls the wire straight, so that the wire is stiffer than a cantilever without pull.""",
+    '''small = snaprod.modes(wire)
+omega = small.summary["angular_frequencies"][0]
+EI = 210e9 * np.pi * 1.5e-3**4 / 64
+cantilever = np.sqrt(3 * EI / (0.1 * 0.4**3))
+print(f"{omega / (2 * np.pi):.4f} Hz; a cantilever without pull {cantilever / (2 * np.pi):.4f} Hz")
+assert omega > cantilever''',
+    """Now the ball is held out to the side by 1.2 N, and thrown across. The wire goes round on an ellipse that turns: it is stiffer far out than near
+the vertical.""",
+    '''thrown = wire | {"start": {"equilibrium": {"force": [1.2, 0.0, -0.981]}, "velocity": [0.0, 0.7, 0.0]}}
+run = snaprod.run(thrown)
+axes = plt.figure().gca()
+axes.plot(run["x"], run["y"], lw=0.8)
+axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+run''',
+    """The ledger closes: nothing is lost, as the wire has no friction here.""",
+    '''print(f"the total of {run['total'][0]:.4f} J changes by {np.ptp(run['total']):.1e} J")
+assert np.ptp(run["total"]) < 1e-7''',
+    """The wire at three times of the first swing, as its centreline.""",
+    '''axes = plt.figure().add_subplot(projection="3d")
+for t, rod in zip([0.0, 0.1, 0.2], run.shape([0.0, 0.1, 0.2], n=61)):
+    axes.plot(*rod[:, :3].T, label=f"t = {t} s")
+axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)", box_aspect=(1, 1, 1))
+axes.legend()''',
+    """Friction inside the steel is small and known as a time: the ball comes to rest, and the ledger tells where its energy went.""",
+    '''damped = snaprod.run(thrown, rod__damping={"proportional": 2e-3}, run__tolerance=1e-7)
+damped.plot_energy()
+assert damped["dissipated"][-1] > 0.0''',
+]
+
 
 def write(name: str, cells: list[str]) -> None:
     """Text where a cell begins as prose, code where not."""
@@ -253,3 +351,5 @@ if __name__ == "__main__":
     write("sweep.ipynb", SWEEP)
     write("fit.ipynb", FIT)
     write("stepping.ipynb", STEPPING)
+    write("design.ipynb", DESIGN)
+    write("space.ipynb", SPACE)

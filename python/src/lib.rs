@@ -17,9 +17,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snaprod::elastica::Equilibrium;
 use snaprod::manifold::{Sheet, Sign};
-use snaprod::scene::Scene;
+use snaprod::scene::{ScalarField, Scene, SceneText};
 use snaprod::study::run::Fields;
-use snaprod::study::{self, Table, dispatch};
+use snaprod::study::{self, FirstOrder, Table, dispatch};
 
 /// A scene from Python: text, overrides, and name (None for a dict).
 pub(crate) type Given = (String, Vec<String>, Option<String>);
@@ -68,7 +68,7 @@ fn check<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
 /// Runs a scene of motion; `strain`: "none", "some" or "all"; `state`: a saved state in JSON from which it goes on;
 /// `hears`: functions called with samples and with events.
 #[pyfunction]
-#[pyo3(signature = (given, strain, progress, state, hears))]
+#[pyo3(signature = (given, strain, progress, state, hears, by))]
 fn run<'py>(
     py: Python<'py>,
     given: Given,
@@ -76,8 +76,16 @@ fn run<'py>(
     progress: Option<Py<PyAny>>,
     state: Option<&str>,
     hears: (Option<Py<PyAny>>, Option<Py<PyAny>>),
+    by: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
+    let by = fields(&given, &by)?;
+    let derivatives = if by.is_empty() {
+        None
+    } else {
+        let found = py.detach(|| study::run::derivatives(&scene, &by));
+        Some(found.map_err(|e| refused(&e))?)
+    };
     let fields = match strain {
         "none" => Fields::None,
         "all" => Fields::All,
@@ -97,7 +105,12 @@ fn run<'py>(
         (Err(_), Some(raised)) => return Err(raised.clone_ref(py)),
         (Err(e), None) => return Err(refused(&e)),
     };
-    let out = pieces(py, &tables, &found.summary)?;
+    let mut summary = found.summary;
+    if let Some(derivatives) = derivatives {
+        derivatives.put_into(&mut summary);
+        tables.push(derivatives.table().map_err(|e| refused(&e))?);
+    }
+    let out = pieces(py, &tables, &summary)?;
     out.set_item("events", value(py, &found.events.into())?)?;
     out.set_item("reason", found.reason)?;
     out.set_item("warning", found.warning)?;
@@ -146,24 +159,59 @@ fn samples<'py>(
     table(py, &found.map_err(|e| refused(&e))?)
 }
 
-/// The equilibrium of a scene of statics.
+/// Runs the program with these words, the first of them its name, and returns its exit code. The program handles
+/// Ctrl-C for the whole process: call this function in a process of its own.
 #[pyfunction]
-fn equilibrium<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
+fn program(py: Python<'_>, words: Vec<std::ffi::OsString>) -> u8 {
+    py.detach(|| snaprod::cli::main_of(words))
+}
+
+/// A figure of the program as PNG, each of its pixels `scale` pixels, or as PDF.
+#[pyfunction]
+fn picture(svg: &str, kind: &str, scale: f32) -> PyResult<Vec<u8>> {
+    let made = match kind {
+        "png" => snaprod::plot::png(svg, scale),
+        _ => snaprod::plot::pdf(svg),
+    };
+    made.map_err(|e| refused(&e))
+}
+
+/// The fields of a scene at these paths.
+pub(crate) fn fields((text, set, _): &Given, paths: &[String]) -> PyResult<Vec<ScalarField>> {
+    let text = SceneText::new(text, set);
+    let fields = paths.iter().map(|path| text.field(path));
+    let fields: snaprod::Result<Vec<_>> = fields.collect();
+    fields.map_err(|e| refused(&e.context("by")))
+}
+
+/// The equilibrium of a scene of statics, with its derivatives by fields and, if asked for, its stiffness and
+/// compliance.
+#[pyfunction]
+fn equilibrium<'py>(
+    py: Python<'py>,
+    given: Given,
+    by: Vec<String>,
+    responses: bool,
+) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
-    let (summary, shape) = aside(py, move || dispatch::rest(&scene))?;
+    let by = fields(&given, &by)?;
+    let asked = FirstOrder { by, responses };
+    let (summary, shape) = aside(py, move || dispatch::rest(&scene, &asked))?;
     pieces(py, &[shape], &summary)
 }
 
-/// The branch of a scene with [continue].
+/// The branch of a scene with [continue], with derivatives of its special points by fields.
 #[pyfunction]
 fn branch<'py>(
     py: Python<'py>,
     given: Given,
+    by: Vec<String>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
+    let by = fields(&given, &by)?;
     let mut watch = Watch::new(progress);
-    let found = py.detach(|| study::branch(&scene, &mut watch));
+    let found = py.detach(|| study::branch::branch_by(&scene, &by, &mut watch));
     watch.finish()?;
     let record = found.map_err(|e| refused(&e))?;
     let mut tables = vec![record.branches.points.clone()];
@@ -183,13 +231,18 @@ fn branch<'py>(
     Ok(out)
 }
 
-/// Small motions about the equilibrium of a scene.
+/// Small motions about the equilibrium of a scene, with derivatives of the frequencies by fields.
 #[pyfunction]
-fn modes<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
+fn modes<'py>(py: Python<'py>, given: Given, by: Vec<String>) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
+    let by = fields(&given, &by)?;
     let (summary, table) = aside(py, move || {
         let record = study::modes(&scene)?;
-        Ok::<_, snaprod::Error>((record.summary(), record.table()?))
+        let mut summary = record.summary();
+        if !by.is_empty() {
+            study::modes::derivatives(&scene, &by)?.put_into(&mut summary);
+        }
+        Ok::<_, snaprod::Error>((summary, record.table()?))
     })?;
     pieces(py, &[table], &summary)
 }
@@ -342,6 +395,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run, module)?)?;
     module.add_function(wrap_pyfunction!(samples, module)?)?;
     module.add_function(wrap_pyfunction!(shapes, module)?)?;
+    module.add_function(wrap_pyfunction!(program, module)?)?;
+    module.add_function(wrap_pyfunction!(picture, module)?)?;
     module.add_function(wrap_pyfunction!(equilibrium, module)?)?;
     module.add_function(wrap_pyfunction!(branch, module)?)?;
     module.add_function(wrap_pyfunction!(modes, module)?)?;

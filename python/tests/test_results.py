@@ -333,7 +333,7 @@ def test_every_result_is_drawn(snap, scenes: Path):
         rods = [line.get_xydata() for line in axes.lines]
         np.testing.assert_array_equal(np.concatenate(rods), np.stack([arch[x], arch[y]], axis=-1))
     # The column drawn over the parameter is neither held nor the parameter itself: the same as in the program.
-    measures = {"lateral": "base_my", "heavy_column": "z"}
+    measures = {"lateral": "base_my", "heavy_column": "x"}
     for name, column in measures.items():
         assert snaprod.branch(scenes / f"{name}.toml").plot().get_ylabel().startswith(column)
     results = [

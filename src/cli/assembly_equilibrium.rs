@@ -4,7 +4,7 @@ use super::check::no_start;
 use super::equilibrium::{EquilibriumArgs, FILES, NO_INDEX};
 use super::files::{json_text, number, print, print_json};
 use super::output::Output;
-use super::{Ending, Refusal, rod_figures};
+use super::{Ending, Refusal, first_order, rod_figures};
 use snaprod::math::se3::halves;
 use snaprod::plot::{RodShapes, SpaceRod, rod_shapes};
 use snaprod::scene::{AssemblyScene, Scene};
@@ -17,7 +17,11 @@ const BODY: usize = 6;
 /// Solves the scene and describes its equilibrium.
 pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let record = assembly::equilibrium(scene).map_err(|e| no_start(&args.scene.path, &e))?;
-    let summary = record.summary();
+    let asked = args.first_order.asked(&args.scene)?;
+    let mut summary = record.summary();
+    asked
+        .of_assembly(scene, &record, &mut summary)
+        .map_err(|e| no_start(&args.scene.path, &e))?;
     if let Some(directory) = &args.output.out {
         let out = Output::open(Some(directory), FILES, args.output.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
@@ -29,7 +33,7 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
     if args.output.json {
         print_json(summary);
     } else if args.output.speaks() {
-        print(&equilibrium_text(&record));
+        print(&(equilibrium_text(&record) + &first_order::text(&summary)));
     }
     Ok(Ending::Done)
 }

@@ -20,6 +20,11 @@ pub fn refuse_options(args: &RunArgs) -> Result<(), Refusal> {
             "--html: a bar stays straight, and a page of it would not move; leave it out, and see waves.svg and snapshots.svg".to_owned(),
         ));
     }
+    if args.gltf || args.film.is_some() {
+        return Err(Refusal(
+            "--gltf, --film: a bar stays straight and has no shapes to show; leave them out, and see waves.svg and snapshots.svg".to_owned(),
+        ));
+    }
     if args.vtk {
         return Err(Refusal(
             "--vtk: a bar stays straight and has no shapes to write; leave it out, its places over time are in waves.csv, with --npz in waves.npz".to_owned(),

@@ -4,7 +4,7 @@ use super::files::{print, print_json};
 use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::{Value, json};
-use snaprod::scene::{Faults, ReadError, Scene};
+use snaprod::scene::{Faults, ReadError, Scene, SceneText};
 use snaprod::study::dispatch;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -43,6 +43,15 @@ impl SceneArgs {
             return Scene::read_from(STDIN, &mut text.as_bytes(), &set);
         }
         Scene::read_with(&self.path, &set)
+    }
+
+    /// The text of the scene with its overrides.
+    pub fn with_overrides(&self) -> Result<SceneText, Refusal> {
+        let text = SceneText::new(self.text()?, &self.set);
+        Ok(match self.path.parent() {
+            Some(directory) if !is_standard_input(&self.path) => text.in_directory(directory),
+            _ => text,
+        })
     }
 
     /// Text of the scene, without the overrides.
@@ -104,7 +113,7 @@ pub fn shown(path: &Path) -> String {
 /// Reads a scene of motion, or refuses with all its faults.
 pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
-    if !scene.is_bar() {
+    if !scene.is_medium() {
         scene.run().map_err(|e| no_start(&given.path, &e))?;
     }
     Ok(scene)

@@ -2,6 +2,7 @@
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{json_text, number, print, print_json, settled};
+use super::first_order::{self, FirstOrderArgs};
 use super::output::{Output, OutputArgs};
 use super::{Ending, Refusal, assembly_equilibrium, rod_figures, wall};
 use clap::Args;
@@ -10,7 +11,7 @@ use snaprod::math::se3::halves;
 use snaprod::plot::rod_state;
 use snaprod::rod::{Equilibrium, Path};
 use snaprod::section::Centreline;
-use snaprod::study::{self, ContactRecord, EquilibriumRecord};
+use snaprod::study::{self, ContactRecord, EquilibriumRecord, dispatch};
 use std::fmt::Write;
 
 #[derive(Args)]
@@ -19,6 +20,8 @@ pub struct EquilibriumArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub output: OutputArgs,
+    #[command(flatten)]
+    pub first_order: FirstOrderArgs,
 }
 
 /// Words in place of the index under loads along rods without a potential.
@@ -32,11 +35,17 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
     if scene.is_assembly() {
         return assembly_equilibrium::equilibrium(args, &scene);
     }
+    let asked = args.first_order.asked(&args.scene)?;
     if scene.wall().is_some() {
+        let refused = asked.refused(dispatch::WALL);
+        refused.map_err(|e| no_start(&args.scene.path, &e))?;
         return wall::equilibrium(args, &scene);
     }
     let record = study::equilibrium(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
-    let summary = record.summary();
+    let mut summary = record.summary();
+    asked
+        .of_rod(&scene, &record, &mut summary)
+        .map_err(|e| no_start(&args.scene.path, &e))?;
     if let Some(directory) = &args.output.out {
         let out = Output::open(Some(directory), FILES, args.output.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
@@ -50,7 +59,7 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
     if args.output.json {
         print_json(summary);
     } else if args.output.speaks() {
-        print(&text(&record));
+        print(&(text(&record) + &first_order::text(&summary)));
     }
     Ok(Ending::Done)
 }

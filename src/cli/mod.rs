@@ -10,7 +10,9 @@ mod elastica;
 mod equilibria;
 mod equilibrium;
 mod files;
+mod first_order;
 mod fit;
+mod flow;
 mod folds;
 mod memory;
 mod modes;
@@ -22,6 +24,7 @@ mod progress;
 mod rod_figures;
 mod run;
 mod run_figures;
+mod run_film;
 mod run_page;
 mod run_text;
 mod sheets;
@@ -169,14 +172,19 @@ impl From<snaprod::Error> for Refusal {
 
 /// Parses the command line and runs the command.
 pub fn main() -> ExitCode {
-    let parsed = command().try_get_matches();
+    ExitCode::from(main_of(std::env::args_os()))
+}
+
+/// Parses these words, the first of them the name of the program, and runs the command. Returns the exit code.
+pub fn main_of(words: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
+    let parsed = command().try_get_matches_from(words);
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(e) => {
             // Help and version are no errors; clap chooses the stream.
             let code = if e.use_stderr() { 2 } else { 0 };
             files::survive(e.print().and_then(|()| std::io::stdout().flush()));
-            return ExitCode::from(code);
+            return code;
         }
     };
     files::print_all_digits(cli.verbose);
@@ -185,11 +193,11 @@ pub fn main() -> ExitCode {
         Err(why) => Err(why.into()),
     };
     match ending {
-        Ok(Ending::Done) => ExitCode::SUCCESS,
-        Ok(Ending::Short) => ExitCode::from(1),
+        Ok(Ending::Done) => 0,
+        Ok(Ending::Short) => 1,
         Err(Refusal(why)) => {
             files::print_refusal(&why);
-            ExitCode::from(2)
+            2
         }
     }
 }

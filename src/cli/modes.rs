@@ -2,6 +2,7 @@
 
 use super::check::{SceneArgs, no_start, read_modes};
 use super::files::{json_text, print, print_json, rounded, short};
+use super::first_order::{self, ByArgs};
 use super::output::{Output, OutputArgs};
 use super::{Ending, Refusal, rod_figures};
 use clap::Args;
@@ -17,6 +18,8 @@ pub struct ModesArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub output: OutputArgs,
+    #[command(flatten)]
+    pub by: ByArgs,
 }
 
 /// Files of the command.
@@ -25,14 +28,21 @@ const FILES: &[&str] = &["modes.*", "summary.json"];
 /// Describes small motions about the equilibrium of a scene.
 pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
     let scene = read_modes(&args.scene)?;
-    let record = study::modes(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
+    let refuse = |e: snaprod::Error| no_start(&args.scene.path, &e);
+    let record = study::modes(&scene).map_err(refuse)?;
+    let mut summary = record.summary();
+    let by = args.by.fields(&args.scene)?;
+    if !by.is_empty() {
+        let found = study::modes::derivatives(&scene, &by).map_err(refuse)?;
+        found.put_into(&mut summary);
+    }
     if let Some(directory) = &args.output.out {
         let grounds = match scene.assembly() {
             Some(given) => given.grounds(),
             None => vec![[Some(Joint::Weld).filter(|_| !scene.clamp.free), None]],
         };
         let out = Output::open(Some(directory), FILES, args.output.figures)?;
-        out.write("summary.json", json_text(record.summary()).as_bytes())?;
+        out.write("summary.json", json_text(summary.clone()).as_bytes())?;
         out.table(&record.table()?)?;
         // Under follower loads the motions have no mode shapes.
         if !record.motions.modes.is_empty() {
@@ -41,9 +51,9 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
         out.finish(args.output.speaks())?;
     }
     if args.output.json {
-        print_json(record.summary());
+        print_json(summary);
     } else if args.output.speaks() {
-        print(&text(&record));
+        print(&(text(&record) + &first_order::text(&summary)));
     }
     Ok(Ending::Done)
 }

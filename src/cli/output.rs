@@ -108,7 +108,8 @@ impl PrintArgs {
         paper.map_err(|e| Refusal(format!("--width, --font: {e}")))
     }
 
-    fn paper(self) -> Paper {
+    /// The paper of the figures.
+    pub fn paper(self) -> Paper {
         Paper {
             width: self.width,
             font: self.font,
@@ -333,7 +334,8 @@ impl Output {
         let (flag, given) = match kind {
             "html" => ("with --html", false),
             "npz" => ("with --npz", self.figures.npz),
-            "vtu" | "pvd" => ("with --vtk", false),
+            "vtkhdf" | "vtu" | "pvd" => ("with --vtk", false),
+            "glb" => ("with --gltf", false),
             "png" => ("with --png", asked.png),
             "pdf" => ("with --pdf", asked.pdf),
             "svg" => ("without --no-figures", !self.figures.no_figures),

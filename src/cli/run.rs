@@ -3,15 +3,17 @@
 
 use super::check::SceneArgs;
 use super::files::{json_text, print, print_error, print_json, toml_text};
+use super::first_order::{self, ByArgs};
 use super::output::{Output, OutputArgs};
 use super::progress::Progress;
 use super::run_figures::{RunFigure, moves, run_figures};
-use super::{Ending, Refusal, bar, check, run_page, run_text, signals};
+use super::run_film::FilmFormat;
+use super::{Ending, Refusal, bar, check, flow, run_film, run_page, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
 use snaprod::study::dispatch::{PreparedScene, SceneRun};
-use snaprod::study::export::{posed, shape_arrays, vtk_collection, vtk_frame};
-use snaprod::study::run::{Fields, Prepared, RunRecord, SimulationState};
+use snaprod::study::export::{gltf, posed, shape_arrays, vtk};
+use snaprod::study::run::{Fields, Prepared, RunRecord, SimulationState, derivatives};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -29,21 +31,30 @@ pub struct RunArgs {
     /// Write run.html, a page that plays the motion: one file, no network needed.
     #[arg(long)]
     pub html: bool,
-    /// Write the rods and bodies at every sample for ParaView: run.pvd and run-0000.vtu, ...
+    /// Write the rods and bodies at every sample for ParaView: run.vtkhdf, one file with all times.
     #[arg(long)]
     pub vtk: bool,
+    /// Write the rods and bodies as an animation for Blender, browsers and slides: run.glb (glTF).
+    #[arg(long)]
+    pub gltf: bool,
+    /// Write a film of the motion: FILE.svg plays in browsers; FILE.gif and FILE.mp4 need the feature `png`, and
+    /// FILE.mp4 the program ffmpeg.
+    #[arg(long, value_name = "FILE")]
+    pub film: Option<PathBuf>,
     /// Write state.json, the state at the end, from which another run goes on (--from).
     #[arg(long)]
     pub state: bool,
+    #[command(flatten)]
+    pub by: ByArgs,
     /// Go on from the state.json of another run of the scene: its directory, or the file.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["html", "vtk", "npz"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["html", "vtk", "gltf", "film", "npz"])]
     pub from: Option<PathBuf>,
 }
 
 impl RunArgs {
     /// True if shapes of the rods are written, which requires a second pass over the motion.
     pub fn follows_again(&self) -> bool {
-        self.directory().is_some() && (self.output.figures.npz || self.vtk)
+        self.directory().is_some() && (self.output.figures.npz || self.vtk || self.gltf)
     }
 
     /// Output directory; `None`: no file is written.
@@ -57,6 +68,7 @@ impl RunArgs {
 pub const FILES: &[&str] = &[
     "trajectory.csv",
     "trajectory-*.csv",
+    "derivatives.csv",
     "strain.csv",
     "strain-*.csv",
     "contacts.csv",
@@ -79,7 +91,13 @@ pub const FILES: &[&str] = &[
     "path_*.pdf",
     "poincare.*",
     "waves.*",
+    "fields.csv",
+    "fields.npz",
+    "area.*",
+    "cycle.*",
     "run.html",
+    "run.vtkhdf",
+    "run.glb",
     "run.pvd",
     "run-*.vtu",
 ];
@@ -90,7 +108,23 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     if scene.is_bar() {
         bar::refuse_options(args)?;
     }
+    if scene.flow().is_some() {
+        flow::refuse_options(args)?;
+    }
     let no_start = |e: snaprod::Error| check::no_start(&args.scene.path, &e);
+    if let Some(file) = &args.film {
+        FilmFormat::of(file)?;
+    }
+    let by = args.by.fields(&args.scene)?;
+    let derivatives = if by.is_empty() {
+        None
+    } else if args.from.is_some() {
+        return Err(Refusal(
+            "--by: derivatives are those of a run from its start: leave out --from".to_owned(),
+        ));
+    } else {
+        Some(derivatives(&scene, &by).map_err(no_start)?)
+    };
     let prepared = PreparedScene::new(&scene).map_err(no_start)?;
     // A start that cannot run is refused before a directory is made.
     let mut start = prepared.start().map_err(no_start)?;
@@ -112,6 +146,10 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     tables.finish()?;
     let result = run.result();
     let (mut summary, events) = (result.summary, Value::Array(result.events));
+    if let Some(derivatives) = &derivatives {
+        derivatives.put_into(&mut summary);
+        out.table(&derivatives.table()?)?;
+    }
     out.write("events.json", json_text(events.clone()).as_bytes())?;
     out.write("summary.json", json_text(summary.clone()).as_bytes())?;
     out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
@@ -127,7 +165,7 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
         (summary["events"], summary["out"]) = (events, json!(directory));
         print_json(summary);
     } else if args.output.speaks() {
-        print(&text(&run, directory.as_deref()));
+        print(&(text(&run, directory.as_deref()) + &first_order::text(&summary)));
     }
     let Some(why) = result.reason else {
         return Ok(Ending::Done);
@@ -157,6 +195,7 @@ fn draw(args: &RunArgs, out: &Output, run: &SceneRun) {
     let (prepared, record) = match run {
         SceneRun::Rods(prepared, record) => (*prepared, record),
         SceneRun::Bar(record) => return bar::draw(out, record),
+        SceneRun::Flow(record) => return flow::draw(out, record),
     };
     write_shapes(args, out, prepared, record);
     if out.draws() {
@@ -168,6 +207,11 @@ fn draw(args: &RunArgs, out: &Output, run: &SceneRun) {
                 "note: no energies.svg and no path_*.svg: the run ended at its start, and there is no motion to draw",
             );
         }
+    }
+    if let Some(file) = &args.film
+        && let Err(Refusal(why)) = run_film::write(args, file, prepared, record)
+    {
+        print_error(&format!("warning: {} is missing: {why}", file.display()));
     }
     if args.html {
         out.page("run", |figures| {
@@ -181,6 +225,7 @@ fn text(run: &SceneRun, directory: Option<&Path>) -> String {
     match run {
         SceneRun::Rods(_, record) => run_text::text(record, directory),
         SceneRun::Bar(record) => bar::text(record, directory),
+        SceneRun::Flow(record) => flow::text(record, directory),
     }
 }
 
@@ -218,13 +263,10 @@ fn try_shapes(args: &RunArgs, out: &Output, prepared: &Prepared, last: f64) -> R
         out.arrays("shapes", &shape_arrays(&names, &moments))?;
     }
     if args.vtk {
-        let mut files = Vec::new();
-        for (k, moment) in moments.iter().enumerate() {
-            let name = format!("run-{k:04}.vtu");
-            out.write(&name, vtk_frame(moment).as_bytes())?;
-            files.push((moment.now.t, name));
-        }
-        out.write("run.pvd", vtk_collection(&files).as_bytes())?;
+        out.write("run.vtkhdf", &vtk(&moments))?;
+    }
+    if args.gltf {
+        out.write("run.glb", &gltf(&prepared.header, &moments))?;
     }
     Ok(())
 }

@@ -17,6 +17,22 @@ const MOMENTS: usize = 20;
 const PICTURES: usize = 400;
 const POINTS: usize = 1500;
 
+/// For each body of a scene: true if the body has a `solid` or a shape of its own, hence a size.
+pub fn sized(scene: &str) -> Vec<bool> {
+    let Ok(scene) = toml::from_str::<toml::Table>(scene) else {
+        return Vec::new();
+    };
+    let has_size = |body: &toml::Value| {
+        let is_shape = |shape: &toml::Value| shape.as_str() != Some("point");
+        body.get("solid").is_some() || body.get("shape").is_some_and(is_shape)
+    };
+    match scene.get("body") {
+        Some(toml::Value::Array(bodies)) => bodies.iter().map(has_size).collect(),
+        Some(body) => vec![has_size(body)],
+        None => Vec::new(),
+    }
+}
+
 /// The page of a run of rods; `figures` are those already drawn.
 pub fn page(
     args: &RunArgs,
@@ -47,6 +63,7 @@ pub fn page(
         } else {
             first_folds(&drawn.way, record)?
         },
+        sized: sized(&scene_text(&args.scene)),
     };
     figures.retain(|(name, _)| !DRAWN.contains(&name.as_str()));
     Ok(Page {

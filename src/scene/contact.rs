@@ -6,6 +6,9 @@ use crate::contact::{ImpactLaw, Shape};
 use nalgebra::Vector3;
 use serde::{Serialize, Serializer};
 
+/// Width of a barrier, in lengths of the shortest rod.
+const GAP: f64 = 1e-4;
+
 /// `[contact]`: rules of contact for all obstacles without rules of their own.
 #[derive(Debug, Clone, PartialEq, Serialize, Default)]
 pub struct ContactRules {
@@ -18,6 +21,18 @@ pub struct ContactRules {
     pub law: ImpactLaw,
     /// The rods that are looked for.
     pub rods: RodsInContact,
+    /// The method by which contacts are followed.
+    #[serde(skip_serializing_if = "ContactMethod::is_auto")]
+    pub method: ContactMethod,
+    /// Width of the barrier, in lengths of the shortest rod; `None`: 1e-4.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
+    /// Displacement at which friction has its full size, in lengths of the shortest rod; `None`: a hundredth of `gap`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stick: Option<f64>,
+    /// True: a run with a barrier is repeated with half the gap, and the change is reported.
+    #[serde(skip_serializing_if = "is_false")]
+    pub halve: bool,
     /// Normal speed after an impact below which bounces are summed up; `None`: 1e-6 of the unit of speed of the rod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settle_speed: Option<f64>,
@@ -57,13 +72,33 @@ impl Scene {
         !self.obstacles.is_empty() || bodies.any(hits)
     }
 
+    /// Width of the barrier through which rods with all of their mass touch obstacles, in lengths of the shortest rod;
+    /// `None` where contacts are exact.
+    pub fn barrier_gap(&self) -> Option<f64> {
+        let heavy = self.every_rod().iter().any(|rod| rod.is_heavy());
+        let moves = self.is_motion() && !self.obstacles.is_empty();
+        (heavy && moves).then(|| self.contact.gap.unwrap_or(GAP))
+    }
+
+    /// The scene with half the gap of the barrier; `None` without a barrier, or unless the scene asks for it.
+    pub fn at_half_gap(&self) -> Option<Self> {
+        let gap = self.barrier_gap().filter(|_| self.contact.halve)?;
+        let mut half = self.clone();
+        half.contact.gap = Some(0.5 * gap);
+        half.contact.halve = false;
+        Some(half)
+    }
+
     /// Names of the bodies, and of the rods, in contacts.
     pub(super) fn names_in_contact(&self) -> (Vec<String>, Vec<String>) {
         match self.assembly() {
             None => (vec!["body".to_owned()], vec!["rod".to_owned()]),
             Some(given) => (
                 given.bodies.iter().map(|body| body.name.clone()).collect(),
-                given.rods.iter().map(|rod| rod.name.clone()).collect(),
+                (given.rods.iter().map(|rod| &rod.name))
+                    .chain(given.free.iter().map(|rod| &rod.name))
+                    .cloned()
+                    .collect(),
             ),
         }
     }
@@ -97,6 +132,29 @@ fn key_of_law<S: Serializer>(
     serializer: S,
 ) -> std::result::Result<S::Ok, S::Error> {
     law.key().serialize(serializer)
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+/// The method by which contacts are followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum ContactMethod {
+    /// Exactly, but through a barrier where rods have all of their mass.
+    #[default]
+    Auto,
+    /// Exactly.
+    Exact,
+    /// Through a barrier of small width.
+    Barrier,
+}
+
+impl ContactMethod {
+    fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
 }
 
 /// The rods that are looked for at obstacles.

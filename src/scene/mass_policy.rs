@@ -114,6 +114,7 @@ impl Scene {
     pub(super) fn not_first_order_in_assembly(&self, k: usize) -> Option<&'static str> {
         let rod = self.assembly().and_then(|given| given.rods.get(k));
         let axes = "a joint at an end of it has axes";
+        let node = "it ends on a node without mass";
         if self.has_contact() {
             return Some(LOOKED_FOR);
         }
@@ -122,6 +123,20 @@ impl Scene {
         }
         method_excludes_first_order(self.run.as_ref()?.method)
             .or(rod.is_some_and(AssemblyRod::has_joint_axes).then_some(axes))
+            .or(self.ends_on_node(k).then_some(node))
+    }
+
+    /// True if rod k of an assembly ends on a node without mass.
+    fn ends_on_node(&self, k: usize) -> bool {
+        let Some((given, rod)) = self
+            .assembly()
+            .and_then(|given| Some((given, given.rods.get(k)?)))
+        else {
+            return false;
+        };
+        let holders = [&rod.from, &rod.to].map(|site| given.holder(site));
+        let mut bodies = holders.iter().flatten();
+        bodies.any(|body| given.bodies[*body].is_massless())
     }
 
     /// Chooses first-order inertia for light rods if the scene leaves their inertia open and the run allows it.
@@ -140,7 +155,7 @@ impl Scene {
             }
         };
         match &mut self.kind {
-            SceneKind::Rod | SceneKind::Bar(_) | SceneKind::Wall(_) => {
+            SceneKind::Rod | SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Wall(_) => {
                 choose(&mut self.rod, rods.contains(&0))
             }
             SceneKind::Assembly(given) => {

@@ -61,6 +61,7 @@ mod branch;
 mod contact;
 mod ends;
 mod fault;
+mod flow;
 mod groove;
 mod joint;
 mod loads;
@@ -74,6 +75,7 @@ mod registry;
 mod rod;
 mod rod_load;
 mod run;
+mod scalar_field;
 mod scales;
 mod section;
 mod start;
@@ -94,11 +96,14 @@ pub use crate::solve::integrator::Method;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, FreeRod, Guess, Site};
 pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
-pub use contact::{BodyShape, ContactPair, ContactRules, RodsInContact};
+pub use contact::{BodyShape, ContactMethod, ContactPair, ContactRules, RodsInContact};
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
+pub use flow::{
+    FlowEndScene, FlowMedium, FlowScene, FlowStart, Lumped, OutsidePressure, TubeFlow, WallFriction,
+};
 pub use groove::{Groove, GrooveCircle, GrooveLine};
 pub use joint::{SiteJoint, SlideAxis, TurnAxis};
 pub use loads::{Force, Load, LoadAlong, Loads};
@@ -114,6 +119,7 @@ pub use read::{json_schema, reference};
 pub use rod::{Bends, Inertia, Material, Model, Rod};
 pub use rod_load::{EndWord, LoadPlace, RodLoad};
 pub use run::Run;
+pub use scalar_field::{ScalarField, SceneText};
 pub use scales::{Dimensionless, Scales};
 pub use section::{Barrier, Drive, Full, Outline, Section};
 pub use start::{
@@ -125,7 +131,7 @@ pub use steered::SteeredForce;
 pub use tendon::{Pull, Tendon};
 pub use units::Units;
 pub use wall::{
-    MembraneLoad, MembraneScene, TubeLaw, TubeLoad, TubeScene, WallBranch, WallParameter,
+    MembraneLoad, MembraneScene, TubeLaw, TubeLoad, TubeScene, TubeWall, WallBranch, WallParameter,
     WallScene, WallStiffness,
 };
 
@@ -211,6 +217,8 @@ pub enum SceneKind {
     Assembly(AssemblyScene),
     /// A bar with mass, `rod.model = "bar"`. Of the other fields only the units and the run are used.
     Bar(BarScene),
+    /// A flow in a tube, `[tube]` with `[run]`. Of the other fields only the units are used.
+    Flow(FlowScene),
     /// A wall under pressure, `[tube]` or `[membrane]`. Of the other fields only the units are used.
     Wall(WallScene),
 }
@@ -377,6 +385,19 @@ impl Scene {
         }
     }
 
+    /// Data of a flow in a tube; `None` for scenes of another kind.
+    pub fn flow(&self) -> Option<&FlowScene> {
+        match &self.kind {
+            SceneKind::Flow(flow) => Some(flow),
+            _ => None,
+        }
+    }
+
+    /// True for a medium in motion, a bar or a flow: it has a run of its own, and is always a motion.
+    pub fn is_medium(&self) -> bool {
+        self.is_bar() || self.flow().is_some()
+    }
+
     /// True for several rods and bodies.
     pub fn is_assembly(&self) -> bool {
         self.assembly().is_some()
@@ -407,6 +428,7 @@ impl Scene {
                 "the end of this rod is free, and what is asked for is that of a body there: add [body] with `mass = 1.0`",
             ),
             SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Flow(_) => of_a_flow(),
             SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => several(),
             SceneKind::Rod => at_rest(),
@@ -436,6 +458,7 @@ impl Scene {
     pub fn run(&self) -> Result<&Run> {
         self.run.as_ref().ok_or_else(|| match self.kind {
             SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Flow(_) => of_a_flow(),
             SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => Error::domain(
                 "this assembly has no [run]: use `snaprod equilibrium`, or add [run] with `duration = 3.0`",
@@ -451,6 +474,7 @@ impl Scene {
     pub fn end(&self) -> Result<&End> {
         self.end.as_ref().ok_or_else(|| match self.kind {
             SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Flow(_) => of_a_flow(),
             SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => several(),
             SceneKind::Rod => Error::domain(
@@ -464,6 +488,10 @@ fn of_a_wall() -> Error {
     Error::domain(
         "this is a wall under pressure at rest, [tube] or [membrane]: use `snaprod equilibrium` or, with [continue], `snaprod branch`",
     )
+}
+
+fn of_a_flow() -> Error {
+    Error::domain("this is a flow in a tube, [tube] with [run]: use `snaprod run`")
 }
 
 fn of_a_bar() -> Error {

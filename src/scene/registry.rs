@@ -73,7 +73,7 @@ impl Scene {
         let mut all = Registry::default();
         let loads = &mut self.loads;
         match &mut self.kind {
-            SceneKind::Bar(_) | SceneKind::Wall(_) => {}
+            SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Wall(_) => {}
             SceneKind::Assembly(assembly) => {
                 all.vary(&GRAVITY, each(&mut loads.gravity));
                 all.assembly(assembly);
@@ -119,6 +119,8 @@ impl Scene {
         let rules = &mut self.contact;
         all.add("friction", Quantity::Ratio, [&mut rules.friction]);
         all.add("restitution", Quantity::Ratio, [&mut rules.restitution]);
+        all.add("gap", Quantity::Ratio, &mut rules.gap);
+        all.add("stick", Quantity::Ratio, &mut rules.stick);
         all.add("settle_speed", Quantity::Velocity, &mut rules.settle_speed);
         if let Some(run) = &mut self.run {
             all.at("run", 0, Normal);

@@ -2,6 +2,7 @@
 
 use super::Units;
 use crate::error::{Error, Result};
+use crate::flow::{FlowLaw, Place};
 use crate::membrane::gas::Vessel;
 use crate::membrane::{Inflated, InflatedState};
 use crate::ring::Ring;
@@ -17,9 +18,9 @@ pub enum WallScene {
     Membrane(MembraneScene),
 }
 
-/// A section of a tube.
+/// The wall of a tube.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TubeScene {
+pub struct TubeWall {
     /// Radius of the middle line without load.
     pub radius: f64,
     /// Thickness without load.
@@ -32,6 +33,13 @@ pub struct TubeScene {
     pub law: TubeLaw,
     /// Stretch along the axis.
     pub stretch: f64,
+}
+
+/// A section of a tube.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TubeScene {
+    /// The wall.
+    pub wall: TubeWall,
     /// Density of the fluid; `None`: no speed of pulses is told.
     pub density: Option<f64>,
     /// Load or area of the section.
@@ -143,7 +151,7 @@ impl WallParameter {
     }
 }
 
-impl TubeScene {
+impl TubeWall {
     /// The tube in the form of the library. A stretch along the axis makes an incompressible wall narrower and thinner
     /// by its root; of another Poisson's ratio by the power -nu.
     ///
@@ -199,10 +207,46 @@ impl TubeScene {
         }
     }
 
+    /// The wall law of a flow, with A0 and Kp of the tube.
+    ///
+    /// # Errors
+    /// As [`TubeWall::tube`]; a law without a flow.
+    pub fn flow_law(&self) -> Result<(FlowLaw, Place)> {
+        let hoop = self
+            .thickness
+            .map(|thickness| 12.0 * (self.radius / thickness).powi(2));
+        FlowLaw::of(&self.tube()?, hoop)
+    }
+
+    /// TOML table of the wall.
+    pub(super) fn table(&self) -> Value {
+        let law = match self.law {
+            TubeLaw::Ring => json!("ring"),
+            TubeLaw::Extensible => json!("extensible"),
+            TubeLaw::NeoHookean => json!("neo-hookean"),
+            TubeLaw::Power(exponents) => json!({ "power": exponents }),
+        };
+        let mut table = json!({
+            "radius": self.radius, "mode": self.mode, "law": law, "stretch": self.stretch,
+        });
+        if let Some(thickness) = self.thickness {
+            table["thickness"] = json!(thickness);
+        }
+        match self.stiffness {
+            WallStiffness::Material([modulus, nu]) => {
+                table["material"] = json!({ "E": modulus, "nu": nu });
+            }
+            WallStiffness::Bending(stiffness) => table["stiffness"] = json!(stiffness),
+        }
+        table
+    }
+}
+
+impl TubeScene {
     /// The section of the scene.
     ///
     /// # Errors
-    /// As [`TubeScene::tube`]; a pressure or an area that no section has.
+    /// A pressure or an area that no section has.
     pub fn section(&self, tube: &Tube) -> Result<TubeSection> {
         match self.state {
             TubeLoad::Pressure(pressure) => tube.at_pressure(pressure),
@@ -240,24 +284,7 @@ impl WallScene {
         let mut add = |name: &str, table: Value| tables.insert(name.to_owned(), table);
         match self {
             Self::Tube(tube) => {
-                let law = match tube.law {
-                    TubeLaw::Ring => json!("ring"),
-                    TubeLaw::Extensible => json!("extensible"),
-                    TubeLaw::NeoHookean => json!("neo-hookean"),
-                    TubeLaw::Power(exponents) => json!({ "power": exponents }),
-                };
-                let mut table = json!({
-                    "radius": tube.radius, "mode": tube.mode, "law": law, "stretch": tube.stretch,
-                });
-                if let Some(thickness) = tube.thickness {
-                    table["thickness"] = json!(thickness);
-                }
-                match tube.stiffness {
-                    WallStiffness::Material([modulus, nu]) => {
-                        table["material"] = json!({ "E": modulus, "nu": nu });
-                    }
-                    WallStiffness::Bending(stiffness) => table["stiffness"] = json!(stiffness),
-                }
+                let mut table = tube.wall.table();
                 match tube.state {
                     TubeLoad::Area(area) => table["area"] = json!(area),
                     TubeLoad::Pressure(pressure) => {

@@ -58,6 +58,8 @@ pub struct AssemblyEquilibriumRecord {
     pub stations: Vec<(String, Option<StationValues>)>,
     /// Every rod, those with a free end last.
     pub shapes: Vec<RodCurve>,
+    /// The equilibrium, in units of the rods.
+    pub(in crate::study) found: AssemblyEquilibrium,
 }
 
 /// Solves the scene of an assembly and describes its equilibrium.
@@ -149,6 +151,7 @@ pub(in crate::study) fn described(
         overdrawn: setup.too_short_rod()?.map(str::to_owned),
         stations,
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
+        found,
     })
 }
 

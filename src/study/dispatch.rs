@@ -1,11 +1,12 @@
-//! Studies for a scene of any kind: rods, a bar or a wall under pressure.
+//! Studies for a scene of any kind: rods, a bar, a flow or a wall under pressure.
 
 use super::neglected_mass::MassEffect;
 use super::run::{Fields, Prepared, RunRecord, RunStart, Shapes};
-use super::{Hooks, Sink, Table, assembly, bar, equilibrium, run, wall};
+use super::{FirstOrder, Hooks, Sink, Table, assembly, bar, equilibrium, flow, run, wall};
 use crate::error::{Error, Result};
 use crate::scene::{Scene, SceneKind};
 use bar::{BarPrepared, BarRecord};
+use flow::{FlowPrepared, FlowRecord};
 use serde_json::Value;
 
 /// A scene of motion of any kind, ready to run.
@@ -14,6 +15,8 @@ pub enum PreparedScene {
     Rods(Box<Prepared>),
     /// A bar.
     Bar(Box<BarPrepared>),
+    /// A flow in a tube.
+    Flow(Box<FlowPrepared>),
 }
 
 /// A scene of any kind at its start.
@@ -22,6 +25,8 @@ pub enum SceneStart<'p> {
     Rods(&'p Prepared, RunStart<'p>),
     /// A bar.
     Bar(&'p BarPrepared),
+    /// A flow in a tube.
+    Flow(&'p FlowPrepared),
 }
 
 /// A completed run of a scene of any kind.
@@ -30,6 +35,8 @@ pub enum SceneRun<'p> {
     Rods(&'p Prepared, Box<RunRecord>),
     /// A bar.
     Bar(Box<BarRecord>),
+    /// A flow in a tube.
+    Flow(Box<FlowRecord>),
 }
 
 impl PreparedScene {
@@ -41,6 +48,8 @@ impl PreparedScene {
         require_motion(scene)?;
         Ok(if scene.is_bar() {
             Self::Bar(Box::new(BarPrepared::new(scene)?))
+        } else if scene.flow().is_some() {
+            Self::Flow(Box::new(FlowPrepared::new(scene)?))
         } else {
             Self::Rods(Box::new(Prepared::new(scene)?))
         })
@@ -54,6 +63,7 @@ impl PreparedScene {
         Ok(match self {
             Self::Rods(prepared) => SceneStart::Rods(prepared, prepared.start()?),
             Self::Bar(prepared) => SceneStart::Bar(prepared),
+            Self::Flow(prepared) => SceneStart::Flow(prepared),
         })
     }
 }
@@ -68,6 +78,9 @@ impl<'p> SceneStart<'p> {
             Self::Rods(prepared, start) => Ok(Self::Rods(prepared, start.restored(state)?)),
             Self::Bar(_) => Err(Error::domain(
                 "a bar does not go on from a saved state: run it from its start",
+            )),
+            Self::Flow(_) => Err(Error::domain(
+                "a flow does not go on from a saved state: run it from its start",
             )),
         }
     }
@@ -88,6 +101,7 @@ impl<'p> SceneStart<'p> {
                 SceneRun::Rods(prepared, Box::new(record))
             }
             Self::Bar(prepared) => SceneRun::Bar(Box::new(bar::run(prepared, sink, hooks)?)),
+            Self::Flow(prepared) => SceneRun::Flow(Box::new(flow::run(prepared, sink, hooks)?)),
         })
     }
 }
@@ -110,22 +124,30 @@ impl SceneRun<'_> {
                 warning: None,
                 state: Err("the state of a bar is not saved".to_owned()),
             },
+            Self::Flow(record) => SceneResult {
+                summary: record.summary(),
+                events: record.events.clone(),
+                reason: record.reason(),
+                warning: None,
+                state: Err("the state of a flow is not saved".to_owned()),
+            },
         }
     }
 }
 
-/// Refuses a scene of statics before any setup; a bar is always a motion.
+/// Refuses a scene of statics before any setup; a bar or a flow is always a motion.
 fn require_motion(scene: &Scene) -> Result<()> {
     match scene.kind {
-        SceneKind::Bar(_) => Ok(()),
+        SceneKind::Bar(_) | SceneKind::Flow(_) => Ok(()),
         SceneKind::Assembly(_) | SceneKind::Rod | SceneKind::Wall(_) => scene.run().map(drop),
     }
 }
 
-/// Rods in motion; a bar is refused with the reason `of_bar`.
-fn prepared_rods(scene: &Scene, of_bar: &str) -> Result<Prepared> {
+/// Rods in motion; a bar is refused with the reason `of_bar`, a flow with `of_flow`.
+fn prepared_rods(scene: &Scene, of_bar: &str, of_flow: &str) -> Result<Prepared> {
     match scene.kind {
         SceneKind::Bar(_) => Err(Error::domain(of_bar)),
+        SceneKind::Flow(_) => Err(Error::domain(of_flow)),
         SceneKind::Assembly(_) | SceneKind::Rod | SceneKind::Wall(_) => {
             scene.run()?;
             Prepared::new(scene)
@@ -187,28 +209,39 @@ pub fn columns(scene: &Scene) -> Result<Table> {
     require_motion(scene)?;
     if scene.is_bar() {
         Ok(bar::columns(scene))
+    } else if let Some(given) = scene.flow() {
+        Ok(flow::columns(scene.units, given))
     } else {
         run::columns(scene)
     }
 }
 
-/// Equilibrium of a scene of statics of any kind: summary and shape.
+/// Equilibrium of a scene of statics of any kind: summary and shape, with the derivatives that are asked for.
 ///
 /// # Errors
-/// Those of [`equilibrium()`] and [`assembly::equilibrium`]; a scene of motion of one rod.
-pub fn rest(scene: &Scene) -> Result<(Value, Table)> {
+/// Those of [`equilibrium()`] and [`assembly::equilibrium`]; a scene of motion of one rod; derivatives of a scene that
+/// has none.
+pub fn rest(scene: &Scene, asked: &FirstOrder) -> Result<(Value, Table)> {
     if scene.is_assembly() {
         let record = assembly::equilibrium(scene)?;
-        return Ok((record.summary(), record.shape()?));
+        let mut summary = record.summary();
+        asked.of_assembly(scene, &record, &mut summary)?;
+        return Ok((summary, record.shape()?));
     }
     if scene.wall().is_some() {
+        asked.refused(WALL)?;
         let record = wall::equilibrium(scene)?;
         return Ok((record.summary, record.shape));
     }
     scene.end()?;
     let record = equilibrium(scene)?;
-    Ok((record.summary(), record.shape()?))
+    let mut summary = record.summary();
+    asked.of_rod(scene, &record, &mut summary)?;
+    Ok((summary, record.shape()?))
 }
+
+/// Refusal of derivatives of walls under pressure.
+pub const WALL: &str = "derivatives, stiffness and compliance are those of rods: a wall under pressure has none; take differences of a sweep";
 
 /// Rods of a scene of motion at `times`, with their names; a single rod has none.
 ///
@@ -221,7 +254,8 @@ pub fn shapes(
     hooks: &mut dyn Hooks,
 ) -> Result<(Vec<String>, Vec<Shapes>)> {
     let of_bar = "a bar stays straight: its places over time are in the table waves";
-    let prepared = prepared_rods(scene, of_bar)?;
+    let of_flow = "a flow has no rods: areas along the tube over time are in the table fields";
+    let prepared = prepared_rods(scene, of_bar, of_flow)?;
     let found = run::shapes(&prepared, times, points, hooks)?;
     let rods = prepared.header.rods.into_iter();
     Ok((rods.map(|rod| rod.name).collect(), found))
@@ -233,7 +267,8 @@ pub fn shapes(
 /// Those of [`run::samples`]; a bar.
 pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
     let of_bar = "a bar is sampled at even times: run.samples has how many";
-    run::samples(&prepared_rods(scene, of_bar)?, times, hooks)
+    let of_flow = "a flow is sampled at even times: run.samples has how many";
+    run::samples(&prepared_rods(scene, of_bar, of_flow)?, times, hooks)
 }
 
 /// Sets a scene up, which finds errors invisible to the parser. The result is the effect of the mass of light rods,
@@ -244,6 +279,7 @@ pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Ta
 pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
     match scene.kind {
         SceneKind::Bar(_) => BarPrepared::new(scene).map(|_| None),
+        SceneKind::Flow(_) => FlowPrepared::new(scene).map(|_| None),
         SceneKind::Wall(_) => wall::equilibrium(scene).map(|_| None),
         SceneKind::Assembly(_) if !scene.is_motion() => {
             assembly::equilibrium(scene)?;

@@ -76,7 +76,7 @@ pub(in crate::study) fn described(pulled: Pulled) -> Result<EquilibriumRecord> {
 }
 
 /// The record of an equilibrium whose sections at places s/length are given.
-fn described_by(
+pub(in crate::study) fn described_by(
     pulled: Pulled,
     along: &dyn Fn(&[f64]) -> Result<Vec<RodSection>>,
 ) -> Result<EquilibriumRecord> {

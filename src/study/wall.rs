@@ -87,7 +87,7 @@ pub fn equilibrium(scene: &Scene) -> Result<WallRecord> {
     let units = scene.units;
     let (summary, shape) = match wall(scene)? {
         WallScene::Tube(given) => {
-            let tube = given.tube()?;
+            let tube = given.wall.tube()?;
             let at = given.section(&tube)?;
             let points = outline(&tube, &at);
             let mut summary = tube_summary(given, &tube, &at);
@@ -241,7 +241,7 @@ fn stops(follow: WallBranch, specials: Vec<Stop>) -> Vec<Stop> {
 }
 
 fn tube_branch(units: Units, given: &TubeScene, follow: WallBranch) -> Result<WallBranchRecord> {
-    let tube = given.tube()?;
+    let tube = given.wall.tube()?;
     let by_area = follow.parameter == WallParameter::Area;
     let at = |value: f64| {
         if by_area {

@@ -2,7 +2,7 @@
 //! program (tests/data/waves).
 
 use crate::support::{assert_close, json, list, number, rows};
-use snaprod::bar::{Material, Stress, Wave, WaveKind};
+use snaprod::bar::{Law1d, Material, Stress, Wave, WaveKind};
 
 pub fn mooney() -> Material {
     Material::new(&Stress::Mooney(24.0, 1.5), 1e-4).expect("a law")
@@ -160,7 +160,7 @@ fn compare(got: &[Wave], want: &serde_json::Value, what: &str) {
 fn riemann_problems_match_their_hulls() {
     let data = json("waves/riemann_given.json");
     let neo = Material::new(&Stress::NeoHookean(25.5), 1e-4).unwrap();
-    let inflection = biderman().inflections().to_vec();
+    let inflection = biderman().bends().to_vec();
     assert_eq!(inflection.len(), 1);
     assert_close(
         inflection[0],

@@ -4,7 +4,7 @@
 use crate::bar_laws::mooney;
 use crate::bar_waves::{AREA, LENGTH, bounds, loaded, pulse, sine, volumes};
 use crate::support::{assert_close, json, number, rows};
-use snaprod::bar::{Bar, BarMotion, End, Scheme, Snapshot, growth, motion, stable_limit};
+use snaprod::bar::{Bar, BarMotion, End, Law1d, Scheme, Snapshot, growth, motion, stable_limit};
 use snaprod::body::History;
 
 /// Mean difference of the stress of a scheme on 60 elements from that of finer finite volumes, averaged around each

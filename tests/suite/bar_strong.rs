@@ -2,7 +2,9 @@
 
 use crate::support::assert_close;
 use snaprod::bar::breaking;
-use snaprod::bar::{Bar, BarMotion, End, FiniteVolumes, Material, Spectral, Stress, WaveKind};
+use snaprod::bar::{
+    Bar, BarMotion, End, FiniteVolumes, Law1d, Material, Spectral, Stress, WaveKind,
+};
 use snaprod::body::{History, Pulse};
 
 fn law(stress: Stress) -> Material {

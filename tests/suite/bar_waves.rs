@@ -4,7 +4,7 @@
 use crate::bar_laws::mooney;
 use crate::support::{assert_close, json, list, number, rows};
 use snaprod::bar::breaking::{self, AccelerationWave};
-use snaprod::bar::{Bar, BarMotion, End, FiniteVolumes, Material, Shock, Stress, shocks};
+use snaprod::bar::{Bar, BarMotion, End, FiniteVolumes, Law1d, Material, Shock, Stress, shocks};
 use snaprod::body::History;
 use std::f64::consts::TAU;
 

@@ -204,7 +204,8 @@ fn files_that_go_are_named_with_what_makes_them_again() {
             &[
                 ("run.html", "with --html"),
                 ("shapes.npz", "with --npz"),
-                ("run.pvd", "with --vtk"),
+                ("run.vtkhdf", "with --vtk"),
+                ("run.glb", "with --gltf"),
                 ("energies.png", "with --png"),
                 ("energies.svg", "without --no-figures"),
             ],

@@ -220,7 +220,7 @@ fn disturb(test: &str, kills: [usize; 3]) {
     let dice = &mut Dice::new(1);
     let bundled = |name: &str| format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let [snap, lateral] = ["snap", "lateral"].map(bundled);
-    // A hundred files of shapes, for a long phase of renaming.
+    // Large files of shapes, for a long phase of writing.
     let run = [
         "run",
         &snap,

@@ -16,6 +16,7 @@ mod bar_schemes;
 mod bar_strong;
 mod bar_waves;
 mod bodies_in_space_that_hit;
+mod bodies_on_damped_rods_that_hit;
 mod bodies_on_rods_that_hit;
 mod bodies_that_hit;
 mod bounces_space;
@@ -47,6 +48,8 @@ mod cli_output;
 mod cli_statics;
 mod contacts;
 mod continuation;
+#[cfg(feature = "scene")]
+mod derivatives;
 mod documents;
 #[cfg(feature = "cli")]
 mod driven_motions;
@@ -71,6 +74,7 @@ mod first_order_taut;
 #[cfg(feature = "scene")]
 mod fit;
 #[cfg(feature = "scene")]
+mod flow_scenes;
 mod folds_in_assemblies;
 #[cfg(feature = "scene")]
 mod folds_in_space;
@@ -101,6 +105,8 @@ mod heavy_grooves;
 mod heavy_loops;
 #[cfg(feature = "scene")]
 mod heavy_memory;
+#[cfg(feature = "scene")]
+mod heavy_obstacles;
 mod heavy_released;
 mod heavy_rest;
 mod heavy_rods;
@@ -117,6 +123,8 @@ mod joints;
 mod kills;
 mod landings;
 mod landings_space;
+#[cfg(feature = "cli")]
+mod light_frames;
 mod light_turning_loads;
 mod light_weight;
 mod light_weight_scenes;
@@ -243,6 +251,7 @@ mod taut_mass;
 mod tendons;
 mod touching_rods;
 mod truss;
+mod tube_flow;
 mod tube_ring;
 #[cfg(feature = "scene")]
 mod turning_loads;

@@ -257,18 +257,13 @@ fn faults_in_space_have_words() {
         ),
         (
             BOUNCE_IN_SPACE,
-            "rod.damping=[1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",
-            "left out where the rod has damping",
-        ),
-        (
-            BOUNCE_IN_SPACE,
             "run.method=\"symmetric\"",
             "impacts are not reversible",
         ),
         (
             BOUNCE_IN_SPACE,
             "run.method=\"implicit\"",
-            "steps among obstacles are explicit",
+            "steps of elastic rods among obstacles are explicit",
         ),
         (
             BOUNCE_IN_SPACE,

@@ -2,9 +2,11 @@
 
 use crate::program::Place;
 use nalgebra::Vector2;
-use serde_json::Value;
+use serde_json::{Value, json};
+use snaprod::body::PointMass;
 use snaprod::elastica::{DraggedRod, Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
+use snaprod::motion::{Event, Options, Run};
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, film, run};
 use std::path::Path;
@@ -343,6 +345,11 @@ done();
 
 /// The report of the page in an installed browser; `None`, with a note on the error stream, without a browser.
 fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
+    looked_at_with(place, page, act, &[])
+}
+
+/// The report of the page in a browser with more options.
+fn looked_at_with(place: &Place, page: &str, act: &str, options: &[&str]) -> Option<Value> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let paths = std::env::var_os("PATH")?;
     let found = std::env::split_paths(&paths)
@@ -361,12 +368,12 @@ fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
     place.write("looked.html", &watched);
     // On a busy machine the browser may exit before the page is done; retry.
     (0..3)
-        .find_map(|_| report_of(place, &browser))
+        .find_map(|_| report_of(place, &browser, options))
         .or_else(|| panic!("no report: the script broke off"))
 }
 
 /// The report of the page as written; `None` if cut off.
-fn report_of(place: &Place, browser: &Path) -> Option<Value> {
+fn report_of(place: &Place, browser: &Path, options: &[&str]) -> Option<Value> {
     let out = Command::new(browser)
         .args([
             "--headless",
@@ -385,6 +392,7 @@ fn report_of(place: &Place, browser: &Path) -> Option<Value> {
             "--virtual-time-budget=2500",
             "--dump-dom",
         ])
+        .args(options)
         .arg(format!(
             "--user-data-dir={}",
             place.join("browser").display()
@@ -444,7 +452,7 @@ ready.then(() => {
   const box = canvas.getBoundingClientRect();
   const at = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { clientX: box.left + px(x), clientY: box.top + py(y), pointerId: 1 }));
   at("pointerdown", now.x, now.y);
-  for (const [x, y] of [[0.5, -0.2], [0.45, 0.3], [-1.5, 0.4]]) { at("pointermove", x, y); report.states.push(seen()); }
+  for (const [x, y] of [[0.85, -0.2], [0.85, -0.47], [-1.5, -0.4]]) { at("pointermove", x, y); report.states.push(seen()); }
   at("pointerup", now.x, now.y);
   at("pointermove", 0, 0);
   ["ArrowRight", "ArrowUp"].forEach((key) => { press(key); report.states.push(seen()); });
@@ -454,6 +462,19 @@ ready.then(() => {
   press("r"); seek(); report.others = others.length;
   press("n"); falling = null; draw();
   report.drawn = drawn();
+  // What the page shows by itself: the arch, drawn down until it snaps.
+  press("r"); shown = 1; show(3400, 0);
+  report.shown = [count, snap.y, shown === null || falling !== null];
+  falling = null; shown = null; press("r"); falling = null;
+  let v = [0, 1.5], snaps = 0;
+  for (let k = 0; k < 200; k++) {
+    const [vx, vy, ...more] = asked(core.swing(...v, 0, DRAG, 0.01));
+    [v, snaps] = [[vx, vy], snaps + more.length / 7];
+  }
+  report.swung = [...seen().slice(4, 6), ...v, snaps];
+  document.getElementById("swing").click(); report.swings = velocity !== null;
+  document.getElementById("reset").click(); report.held = velocity === null && count === 0;
+  document.getElementById("other").click(); report.other = asked(core.state())[0] !== START[0];
   done();
 });
 "#;
@@ -501,8 +522,104 @@ fn a_browser_drags_the_rod() {
         number("fell") > 20.0 && number("end") < 1e-9 && report["others"] == 2,
         "{report}"
     );
+    // The page shows one snap, at the fold below the arch, and its buttons work.
+    assert_eq!(
+        (&report["shown"][0], &report["shown"][2]),
+        (&json!(1), &json!(true))
+    );
+    assert!(
+        (report["shown"][1].as_f64().unwrap() + 0.425).abs() < 1e-3,
+        "{report}"
+    );
+    assert!(
+        ["swings", "held", "other"]
+            .iter()
+            .all(|name| report[name] == true),
+        "{report}"
+    );
+    let swung: [f64; 5] = serde_json::from_value(report["swung"].clone()).unwrap();
+    let alone = swings_of_the_library(&states[0]);
+    // The page throws a taut mass back a little early: places are near, velocities behind a bounce less so.
+    for ((page, own), bound) in swung.iter().zip(&alone).zip([5e-3, 5e-3, 0.1, 0.1, 0.5]) {
+        assert!((page - own).abs() < bound, "{swung:?} {alone:?}");
+    }
     let far = states[3][4].hypot(states[3][5]);
     assert!((far - 0.995).abs() < 1e-9, "{far}");
+}
+
+/// Place, velocity and number of snaps of the library's own motion of the mass that swings on the page, from the state
+/// of the page.
+fn swings_of_the_library(state: &[f64; 11]) -> [f64; 5] {
+    let body = PointMass::new(1.0).unwrap().with_drag(0.15).unwrap();
+    let (q, v) = (Vector2::new(state[0], state[1]), Vector2::new(0.0, 1.5));
+    let mut run = Run::new(&Elastica, &body, q, v, Options::new(2.0).unwrap()).unwrap();
+    let snaps = run.by_ref().filter(|event| matches!(event, Event::Snap(_)));
+    let snaps = snaps.count();
+    let [r, v] = [run.now().pose, run.now().phase.v];
+    [r.x, r.y, v.x, v.y, snaps as f64]
+}
+
+/// Script: what a hand without a keyboard does, and what the page keeps.
+const TOUCH: &str = r#"
+const button = (name) => document.querySelector(`[data-act="${name}"]`);
+press("Home"); button("ArrowRight").click(); report.next = player.frame;
+button("]").click(); report.snap = player.frame; report.address = location.hash;
+button("[").click(); report.back = player.frame;
+const sheet = pictureOf("words");
+report.picture = [sheet.width, inked(sheet)];
+// A rod of 41 sections as a curve: no corner of more than two degrees between its chords.
+const curve = shape(rods[0], 150), turn = (k) => Math.atan2(curve[k + 1][1] - curve[k][1], curve[k + 1][0] - curve[k][0]);
+report.points = curve.length;
+report.corner = Math.max(...curve.slice(2).map((_, k) => Math.abs(Math.sin(turn(k + 1) - turn(k)))));
+// The nearer of two faces is seen where they cross, and the line behind them is not.
+const space = views.at(-1).space;
+space.begin();
+const tilted = (by) => [[-1, -1, 0], [1, -1, 0], [1, 1, by], [-1, 1, by]].map((p) => p.map((x, i) => space.centre[i] + (0.2 * x) / space.scale[i]));
+space.face(tilted(1), FRONT); space.face(tilted(-1), BACK); space.fill();
+report.hidden = !space.sees(...space.place(space.centre.map((x, i) => x - space.sight[i] / space.scale[i])), 0);
+report.free = space.sees(...space.place(space.centre.map((x, i) => x + space.sight[i] / space.scale[i])), 0);
+// Samples that their velocities do not explain are not joined.
+report.joined = joins([0, 0.1, 0.2, 5], [[0, 0.1, 0.2, 0.3]], [[1, 1, 1, -4]]);
+report.wide = document.documentElement.scrollWidth - innerWidth;
+report.dark = dark.matches && getComputedStyle(document.body).backgroundColor === "rgb(22, 24, 27)";
+report.drawn = drawn();
+done();
+"#;
+
+/// Catches buttons that differ from keys, a picture without its drawing, and rods with corners. Catches faces that
+/// hide by their order instead of their depth, chords between samples far apart, and a page wider than a phone.
+#[test]
+fn a_browser_has_buttons_and_depth_on_a_dark_phone() {
+    let place = Place::new("browser-phone");
+    let scene = format!("{SCENES}/snap.toml");
+    let text = page(&place, "run", &scene, &["--no-figures"]);
+    let dark = [
+        "--window-size=500,900",
+        "--blink-settings=preferredColorScheme=0",
+    ];
+    let Some(report) = looked_at_with(&place, &text, TOUCH, &dark) else {
+        return;
+    };
+    assert_eq!(report["errors"], json!([]), "{report}");
+    assert_eq!(
+        (&report["next"], &report["back"]),
+        (&json!(1), &json!(0)),
+        "{report}"
+    );
+    let snap = report["snap"].as_u64().unwrap();
+    assert_eq!(report["address"], format!("#{}", snap + 1), "{report}");
+    assert!(report["picture"][1].as_u64().unwrap() > 4000, "{report}");
+    assert!(report["points"].as_u64().unwrap() > 100, "{report}");
+    assert!(report["corner"].as_f64().unwrap() < 0.12, "{report}");
+    for name in ["hidden", "free", "dark"] {
+        assert_eq!(report[name], true, "{name}: {report}");
+    }
+    assert_eq!(
+        report["joined"],
+        json!([false, true, true, false]),
+        "{report}"
+    );
+    assert!(report["wide"].as_i64().unwrap() <= 0, "{report}");
 }
 
 /// Catches pages of branches without their special points, or with the wrong point under the pointer.

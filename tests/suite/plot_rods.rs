@@ -160,7 +160,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>)> {
         (
             "plane state",
             rod_state(&plane_state(), &Paper::SCREEN),
-            with(&["m₁ = m₃ = 0", "v₁ = v₂ = v₃ − 1 = 0", "end couple m = 0"]),
+            with(&["m₁ = m₃ = 0", "v₁ to v₃ − 1 = 0", "end couple m = 0"]),
         ),
     ]
 }

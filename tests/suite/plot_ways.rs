@@ -26,11 +26,12 @@ fn a_way_in_a_plane_is_drawn_in_it() {
         let svg = space_way(way, &Paper::SCREEN).unwrap();
         svg.matches(&format!(">\n{word}\n<")).count()
     };
-    // With its own panel, each coordinate of the plane has one more label; the constant coordinate has none.
+    // Each coordinate of the plane has a panel and an axis; the constant coordinate stands in the title.
     assert_eq!(
         ["x (ℓ)", "y (ℓ)", "z (ℓ)"].map(|word| words(&way, word)),
-        [2, 1, 2]
+        [2, 0, 2]
     );
+    assert_eq!([&way, &bent].map(|way| words(way, "y = 0 ℓ")), [1, 0]);
     assert_eq!(
         ["x (ℓ)", "y (ℓ)", "z (ℓ)"].map(|word| words(&bent, word)),
         [2, 2, 2]

@@ -335,6 +335,26 @@ fn touches_that_are_not_followed_end_the_run_by_name() {
     }
 }
 
+/// Catches one sharp obstacle that ends the touches of all others.
+#[test]
+fn unfollowed_obstacles_elsewhere_change_no_touch() {
+    let given = data("rod_touch.json");
+    let mass = PointMass::new(1.0).expect("a mass");
+    let q = start(pair(&given["start"]["pose"]));
+    let v = pair(&given["start"]["velocity"]);
+    let edge = [[0.3, 0.25], [0.32, 0.3], [0.28, 0.3]].map(Vector2::from);
+    let edge = Obstacle::polygon(&edge).expect("a polygon");
+    let bodies = among(vec![wall(0.1).into(), edge.into()], 0.0);
+    let among = Some(obstacles(&bodies));
+    let motion = on_elastica(&mass, Some(q), v, among, options(0.05, 1e-9));
+    let mut motion = motion.expect("a run");
+    let told = follow(&mut *motion, &[wall(0.1)]);
+    assert_eq!(told.outcome, Outcome::EndOfTime);
+    let keys: Vec<_> = told.events.iter().map(RodContactEvent::key).collect();
+    assert_eq!(keys, ["touch", "release"]);
+    near(told.events[0].t, real(&given["events"][0]["t"]), 1e-5);
+}
+
 /// Catches a name of a sheet that differs from the name of the free rod at the touch.
 #[test]
 fn a_sheet_keeps_the_name_of_the_free_rod_at_the_touch() {

@@ -435,7 +435,7 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
         };
     }
     if text.contains("[end]") {
-        return match dispatch::rest(&scene) {
+        return match dispatch::rest(&scene, &snaprod::study::FirstOrder::default()) {
             Err(e) => refused(e),
             Ok((_, shape)) => {
                 finite(&[shape], &["s", "x", "y", "z"]).map(|()| "an equilibrium".to_owned())

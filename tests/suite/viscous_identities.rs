@@ -236,7 +236,7 @@ fn differentiates<K, B, const M: usize, const D: usize>(
 /// of every form agree.
 fn rough_is_whole<K, B, const M: usize, const D: usize>(
     what: &str,
-    system: &mut ViscousSystem<'_, K, B, M, D>,
+    system: &mut ViscousSystem<K, &B, M, D>,
     mut y: DVector<f64>,
 ) where
     K: Kinematics<M, D>,
@@ -275,7 +275,7 @@ fn rough_is_whole<K, B, const M: usize, const D: usize>(
 /// register, one with `scaled` curvatures, which may be unresolved by the nodes: then shapes are found one by one.
 fn stages_are_states<K, B, const M: usize, const D: usize>(
     what: &str,
-    system: &mut ViscousSystem<'_, K, B, M, D>,
+    system: &mut ViscousSystem<K, &B, M, D>,
     y: &DVector<f64>,
     scaled: f64,
 ) where

@@ -79,7 +79,7 @@ fn sections_of_tubes() {
     // Stretched along its axis: Table 1 of the report.
     let stretched = "[tube]\nradius = 7.5e-3\nthickness = 1e-3\nmaterial = { E = 1.5e6 }\nstretch = 1.2482758620689656\n";
     let tube = match scene(&format!("{stretched}area = 0.5\n")).wall() {
-        Some(snaprod::scene::WallScene::Tube(tube)) => tube.tube().expect("a tube"),
+        Some(snaprod::scene::WallScene::Tube(tube)) => tube.wall.tube().expect("a tube"),
         other => panic!("{other:?}"),
     };
     close(&tube.radius().into(), 6.712835071423443e-3, 1e-12);
@@ -237,7 +237,7 @@ fn bad_walls_are_refused_by_name() {
     );
     refused(
         &ring("area = 0.5\n[run]\nduration = 1.0\n"),
-        &["run", "flow through tubes is not computed"],
+        &["tube.area", "tube.length"],
     );
     refused("[tube]\nradius = 1.0\narea = 0.5\n", &["tube.material"]);
     refused(

@@ -367,3 +367,30 @@ fn a_rod_between_ball_joints_is_pushed_together_in_space() {
     let told = |remark: &String| remark.contains("spins about its own centreline");
     assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
 }
+
+/// Catches a slide along frictionless rails that makes special points, or hides them. A column between two sliders
+/// across it sways at P (1 - P/EA) = pi^2 EI/L^2, at the distance 1 - P/EA of its ends.
+#[test]
+fn a_column_between_rails_sways_at_its_critical_load() {
+    let axial = 200.0_f64;
+    let slider = "joint = \"slider\", axis = [1.0, 0.0, 0.0]";
+    let text = format!(
+        "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.0\n\
+         section = {{ bending = [5.0, 1.0], torsion = 0.8, axial = {axial:?} }}\nfrom = {{ {slider} }}\n\
+         to = {{ position = [0.0, 0.0, 1.0], {slider} }}\n\
+         [continue]\nparameter = \"rod.a.to.position.z\"\nto = 0.9\n"
+    );
+    let load = (axial - (axial * (axial - 4.0 * std::f64::consts::PI.powi(2))).sqrt()) / 2.0;
+    let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    let found = branch(&scene, &mut Silent).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    let specials = &found.branches.specials;
+    assert_eq!(specials.len(), 1, "{specials:?}");
+    assert_close(
+        specials[0].parameter,
+        1.0 - load / axial,
+        1e-10,
+        1.0,
+        "sway",
+    );
+    assert_eq!(specials[0].index, [Some(0), Some(1)]);
+}

@@ -18,6 +18,8 @@ struct Piece {
     centre: f64,
     half: f64,
     terms: [f64; TERMS],
+    /// Terms of the integral from the start of the interval.
+    sums: [f64; TERMS + 1],
 }
 
 impl Pieces {
@@ -51,20 +53,44 @@ impl Pieces {
             open.push((middle, b, halvings - 1));
             open.push((a, middle, halvings - 1));
         }
+        let mut so_far = 0.0;
+        for piece in &mut pieces {
+            let start = series(&piece.sums, -1.0)[0];
+            piece.sums[0] += so_far - start;
+            so_far = series(&piece.sums, 1.0)[0];
+        }
         Ok(Self { pieces })
     }
 
     /// Value and derivative at `x`; outside of the interval the nearest piece is continued.
     #[inline]
     pub fn at(&self, x: f64) -> (f64, f64) {
+        self.piece(x).at(x)
+    }
+
+    /// \[integral from the start of the interval, value, first derivative, second derivative\] at `x`, as
+    /// [`Pieces::at`].
+    pub fn jet(&self, x: f64) -> [f64; 4] {
+        let piece = self.piece(x);
+        let t = (x - piece.centre) / piece.half;
+        let [value, slope, bend] = series(&piece.terms, t);
+        let integral = series(&piece.sums, t)[0];
+        [
+            integral,
+            value,
+            slope / piece.half,
+            bend / (piece.half * piece.half),
+        ]
+    }
+
+    #[inline]
+    fn piece(&self, x: f64) -> &Piece {
         let beyond = |piece: &&Piece| x <= piece.centre + piece.half;
         let last = self.pieces.len() - 1;
-        let piece = self
-            .pieces
+        self.pieces
             .iter()
             .find(beyond)
-            .unwrap_or(&self.pieces[last]);
-        piece.at(x)
+            .unwrap_or(&self.pieces[last])
     }
 }
 
@@ -82,10 +108,19 @@ impl Piece {
                 .sum();
             sum * if k == 0 { 1.0 } else { 2.0 } / TERMS as f64
         };
+        let terms: [f64; TERMS] = std::array::from_fn(term);
+        // The integral of T_k is (T_(k+1)/(k+1) - T_(k-1)/(k-1))/2; the constant follows from the pieces before.
+        let of = |k: usize| terms.get(k).copied().unwrap_or(0.0);
+        let sum = |k: usize| match k {
+            0 => 0.0,
+            1 => half * (of(0) - 0.5 * of(2)),
+            k => half * (of(k - 1) - of(k + 1)) / (2 * k) as f64,
+        };
         Ok(Self {
             centre,
             half,
-            terms: std::array::from_fn(term),
+            terms,
+            sums: std::array::from_fn(sum),
         })
     }
 
@@ -101,4 +136,19 @@ impl Piece {
         let value = self.terms[0] + t * b1 - b2;
         (value, (b1 + t * d1 - d2) / self.half)
     }
+}
+
+/// Value, first and second derivative of a Chebyshev series at `t` in \[-1, 1\].
+fn series(terms: &[f64], t: f64) -> [f64; 3] {
+    let (mut b, mut d, mut e) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+    for term in terms[1..].iter().rev() {
+        e = [4.0 * d[0] + 2.0 * t * e[0] - e[1], e[0]];
+        d = [2.0 * (b[0] + t * d[0]) - d[1], d[0]];
+        b = [term + 2.0 * t * b[0] - b[1], b[0]];
+    }
+    [
+        terms[0] + t * b[0] - b[1],
+        b[0] + t * d[0] - d[1],
+        2.0 * d[0] + t * e[0] - e[1],
+    ]
 }

@@ -5,6 +5,7 @@
 #![warn(missing_docs)]
 
 mod chebyshev;
+pub mod flow;
 pub mod membrane;
 pub mod ring;
 pub mod tube;

@@ -5,3 +5,5 @@
 #![warn(missing_docs)]
 
 pub mod bar;
+pub mod law1d;
+pub mod profile;

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, SMatrix, SVector, Vector2, Vector3};
 /// clamp stands at the origin and is not turned.
 pub trait EndBody<const D: usize> {
     /// Pose of the rod's end.
-    type Pose;
+    type Pose: EndPose;
 
     /// Motion of the body at time `t` under the wrench `rod` of the rod on the body: `rod` = -w1, with w1 the end
     /// wrench on the rod.
@@ -61,14 +61,70 @@ pub struct EndLinear<const D: usize> {
     pub by_pose: SMatrix<f64, D, D>,
     /// By V.
     pub by_velocity: SMatrix<f64, D, D>,
-    /// By the wrench of the rod: the inverse of the mass matrix, symmetric positive definite.
+    /// By the wrench of the rod: the inverse of the mass matrix, symmetric positive definite. A body that contacts hold
+    /// has a singular one.
     pub by_wrench: SMatrix<f64, D, D>,
+}
+
+/// Poses of a rod's end, seen as poses in space.
+pub trait EndPose {
+    /// The pose in space. A pose in the plane does not turn.
+    fn in_space(&self) -> Isometry3<f64>;
+}
+
+impl EndPose for Vector2<f64> {
+    fn in_space(&self) -> Isometry3<f64> {
+        Isometry3::translation(self.x, self.y, 0.0)
+    }
+}
+
+impl EndPose for Isometry3<f64> {
+    fn in_space(&self) -> Isometry3<f64> {
+        *self
+    }
+}
+
+/// A borrowed body.
+impl<const D: usize, B: EndBody<D>> EndBody<D> for &B {
+    type Pose = B::Pose;
+
+    fn motion(
+        &self,
+        t: f64,
+        pose: &Self::Pose,
+        v: &SVector<f64, D>,
+        rod: &SVector<f64, D>,
+    ) -> EndMotion<D> {
+        (**self).motion(t, pose, v, rod)
+    }
+
+    fn linearised(
+        &self,
+        t: f64,
+        pose: &Self::Pose,
+        v: &SVector<f64, D>,
+        rod: &SVector<f64, D>,
+    ) -> EndLinear<D> {
+        (**self).linearised(t, pose, v, rod)
+    }
+
+    fn kinetic(&self, t: f64, pose: &Self::Pose, v: &SVector<f64, D>) -> f64 {
+        (**self).kinetic(t, pose, v)
+    }
+
+    fn potential(&self, t: f64, pose: &Self::Pose) -> f64 {
+        (**self).potential(t, pose)
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        (**self).next_break(t)
+    }
 }
 
 /// Poses of a rod's end that is free to turn: a point mass feels the place alone.
 pub trait FreeEnd<const D: usize> {
     /// Pose of the rod's end.
-    type Pose;
+    type Pose: EndPose;
 
     /// Place of the rod's end.
     fn place(pose: &Self::Pose) -> &SVector<f64, D>;

@@ -10,7 +10,7 @@ mod support;
 
 pub use crate::math::frame::Frame;
 pub use crate::math::history::{Block, Custom, History, Pulse, Ramp, Sine, Steered};
-pub use end_body::{EndBody, EndLinear, EndMotion, FreeEnd};
+pub use end_body::{EndBody, EndLinear, EndMotion, EndPose, FreeEnd};
 pub use groove::Groove;
 pub use mass::{Mass, MassLinear};
 pub use point_mass::PointMass;

@@ -14,7 +14,8 @@ pub use added_inertia::{
 pub use manifold8::{EightPoints, Eightfold};
 
 use crate::error::{Error, Result};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, SMatrix, SVector};
 
 /// Load lambda = sqrt(tension L^2/B) above which a rod that is bent only at its ends counts as taut: a body that it
 /// turns round there bounces.
@@ -282,12 +283,12 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
 /// Closed form for N <= 2; beyond, LU with complete pivoting, which leaves a single small pivot at a
 /// simple fold and never divides by it.
 #[inline]
-pub fn adjugate_times<const N: usize>(
-    a: &SMatrix<f64, N, N>,
-    v: &SVector<f64, N>,
-) -> (f64, SVector<f64, N>) {
-    let mut x = *v;
-    match N {
+pub fn adjugate_times<D: Dim>(a: &OMatrix<f64, D, D>, v: &OVector<f64, D>) -> (f64, OVector<f64, D>)
+where
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
+{
+    let mut x = v.clone();
+    match a.nrows() {
         1 => (a[(0, 0)], x),
         2 => {
             x[0] = a[(1, 1)] * v[0] - a[(0, 1)] * v[1];
@@ -298,17 +299,21 @@ pub fn adjugate_times<const N: usize>(
     }
 }
 
-fn adjugate_times_pivoted<const N: usize>(
-    a: &SMatrix<f64, N, N>,
-    v: &SVector<f64, N>,
-) -> (f64, SVector<f64, N>) {
-    let (mut u, mut b) = (*a, *v);
-    let mut columns: [usize; N] = std::array::from_fn(|i| i);
+fn adjugate_times_pivoted<D: Dim>(
+    a: &OMatrix<f64, D, D>,
+    v: &OVector<f64, D>,
+) -> (f64, OVector<f64, D>)
+where
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
+{
+    let (mut u, mut b) = (a.clone(), v.clone());
+    let n = u.nrows();
+    let mut columns = OVector::<usize, D>::from_fn_generic(v.shape_generic().0, Const, |i, _| i);
     let mut sign = 1.0;
-    for k in 0..N {
+    for k in 0..n {
         let (mut row, mut column) = (k, k);
-        for i in k..N {
-            for j in k..N {
+        for i in k..n {
+            for j in k..n {
                 if u[(i, j)].abs() > u[(row, column)].abs() {
                     (row, column) = (i, j);
                 }
@@ -321,36 +326,36 @@ fn adjugate_times_pivoted<const N: usize>(
         }
         if column != k {
             u.swap_columns(k, column);
-            columns.swap(k, column);
+            columns.swap_rows(k, column);
             sign = -sign;
         }
         if u[(k, k)] == 0.0 {
             break;
         }
-        for i in k + 1..N {
+        for i in k + 1..n {
             let factor = u[(i, k)] / u[(k, k)];
-            for j in k..N {
+            for j in k..n {
                 let below = factor * u[(k, j)];
                 u[(i, j)] -= below;
             }
             b[i] -= factor * b[k];
         }
     }
-    let leading: f64 = sign * (0..N - 1).map(|k| u[(k, k)]).product::<f64>();
-    let det = leading * u[(N - 1, N - 1)];
-    let mut x = SVector::<f64, N>::zeros();
+    let leading: f64 = sign * (0..n - 1).map(|k| u[(k, k)]).product::<f64>();
+    let det = leading * u[(n - 1, n - 1)];
+    let mut x = OVector::<f64, D>::zeros_generic(v.shape_generic().0, Const);
     if leading == 0.0 {
         return (0.0, x);
     }
-    let mut y = b * det;
-    y[N - 1] = leading * b[N - 1];
-    for i in (0..N - 1).rev() {
-        for j in i + 1..N {
+    let mut y = &b * det;
+    y[n - 1] = leading * b[n - 1];
+    for i in (0..n - 1).rev() {
+        for j in i + 1..n {
             y[i] -= u[(i, j)] * y[j];
         }
         y[i] /= u[(i, i)];
     }
-    for k in 0..N {
+    for k in 0..n {
         x[columns[k]] = y[k];
     }
     (det, x)
@@ -360,11 +365,15 @@ fn adjugate_times_pivoted<const N: usize>(
 /// adj(jacobian) of greatest length, of unit length. Its sign is arbitrary.
 ///
 /// # Errors
-/// A Jacobian of rank below N - 1 (no simple fold).
-pub fn fold_kernel<const N: usize>(jacobian: &SMatrix<f64, N, N>) -> Result<SVector<f64, N>> {
-    let mut best = SVector::<f64, N>::zeros();
-    for i in 0..N {
-        let mut unit = SVector::<f64, N>::zeros();
+/// A Jacobian of rank below its size less 1 (no simple fold).
+pub fn fold_kernel<D: Dim>(jacobian: &OMatrix<f64, D, D>) -> Result<OVector<f64, D>>
+where
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
+{
+    let zero = OVector::<f64, D>::zeros_generic(jacobian.shape_generic().0, Const);
+    let mut best = zero.clone();
+    for i in 0..jacobian.nrows() {
+        let mut unit = zero.clone();
         unit[i] = 1.0;
         let (_, column) = adjugate_times(jacobian, &unit);
         if column.norm() > best.norm() {

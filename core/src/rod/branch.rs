@@ -6,6 +6,7 @@ use super::ivp::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::solve::difference_step::derivative;
+use crate::solve::extrapolated_slope::{Slope, first_step};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DVector, Vector2, Vector3};
 use std::sync::OnceLock;
@@ -90,6 +91,16 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
         self.chart.unknowns(&problem, &problem.rod.inward(base))
     }
 
+    /// The equations at another parameter and the same unknowns, beside those of the trial `known`.
+    fn residual_beside(&self, x: &DVector<f64>, p: f64, known: &C::Trial) -> Result<DVector<f64>>
+    where
+        C: Chart,
+    {
+        let problem = (self.problem)(p)?;
+        let beside = self.chart.trial_beside(&problem, x, known)?;
+        Ok(self.chart.residual(&problem, &beside))
+    }
+
     /// Factors of the equations at p along a critical direction that changes the end by `end`, as [`Chart::working`].
     pub(super) fn working(&self, p: f64, end: &[Vector3<f64>; 2]) -> Result<Vec<Option<f64>>>
     where
@@ -129,6 +140,16 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
             jacobian,
             slope,
         })
+    }
+
+    fn by_parameter(&self, x: &DVector<f64>, p: f64, step: f64) -> Result<Slope> {
+        let known = self.chart.trial(&(self.problem)(p)?, x)?;
+        Slope::at(step, |h| self.residual_beside(x, p + h, &known))
+    }
+
+    fn first_step(&self, x: &DVector<f64>, p: f64) -> Result<f64> {
+        let known = self.chart.trial(&(self.problem)(p)?, x)?;
+        first_step(p, |p| self.residual_beside(x, p, &known))
     }
 
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {

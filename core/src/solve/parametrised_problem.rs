@@ -1,5 +1,6 @@
 //! Families of problems F(x, p) = 0 for continuation, with their derivatives.
 
+use super::extrapolated_slope::{Slope, first_step};
 use super::special_points::SpecialKind;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
@@ -54,6 +55,22 @@ pub trait Family {
     /// F is undefined at this point. Branches end there, with this error as the reason.
     fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised>;
 
+    /// dF/dp at the fixed x to nearly all digits, by extrapolated differences from the first step `step`.
+    ///
+    /// # Errors
+    /// As [`Family::linearised`].
+    fn by_parameter(&self, x: &DVector<f64>, p: f64, step: f64) -> Result<Slope> {
+        Slope::at(step, |h| Ok(self.linearised(x, p + h)?.residual))
+    }
+
+    /// First step of the differences of [`Family::by_parameter`].
+    ///
+    /// # Errors
+    /// As [`Family::linearised`].
+    fn first_step(&self, x: &DVector<f64>, p: f64) -> Result<f64> {
+        first_step(p, |p| Ok(self.linearised(x, p)?.residual))
+    }
+
     /// The Morse index of the solution (x, p), or None if the family has none. Evaluated once for each accepted
     /// point, and during the location of stability changes.
     ///
@@ -102,6 +119,14 @@ impl<F: Family + ?Sized> Family for Box<F> {
 
     fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
         (**self).linearised(x, p)
+    }
+
+    fn by_parameter(&self, x: &DVector<f64>, p: f64, step: f64) -> Result<Slope> {
+        (**self).by_parameter(x, p, step)
+    }
+
+    fn first_step(&self, x: &DVector<f64>, p: f64) -> Result<f64> {
+        (**self).first_step(x, p)
     }
 
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {

@@ -5,7 +5,7 @@
 
 use super::{AssemblyRun, AssemblySample, StateVector};
 use crate::contact::{
-    AccelerationBound, Bodies, Closed, ContactBooks, ContactDynamics, Found, Moment, Sums,
+    AccelerationBound, Bodies, Closed, ContactBooks, ContactDynamics, Found, Marks, Moment, Sums,
 };
 use crate::event::{Event, Outcome};
 use crate::locate::{Guess, Timed, at_time, locate, shorten_step};
@@ -67,7 +67,7 @@ pub(super) struct AssemblyContacts<'a> {
     /// True if the run ends where a rod touches an obstacle.
     pub rods_touch: bool,
     /// Places of the rods at the end of the last step.
-    pub marks: Vec<super::rod_gap::Marks>,
+    pub marks: Vec<Marks>,
     /// True if the integral of losses has more than friction at contacts.
     damped: bool,
     /// True if the integral of work has more than the work of obstacles.
@@ -180,7 +180,9 @@ impl<'a> AssemblyRun<'a> {
             return refuse("impacts are not reversible: symmetric steps have no obstacles");
         }
         if self.options.method == Method::Implicit {
-            return refuse("steps among obstacles are explicit: leave out the method");
+            return refuse(
+                "steps of elastic rods among obstacles are explicit: leave out the method",
+            );
         }
         if self.options.landing == LandingRule::All {
             return refuse("a run among obstacles follows one landing");

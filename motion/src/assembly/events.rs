@@ -164,15 +164,16 @@ impl<'a> Motion<'a> for AssemblyRun<'a> {
 
     fn carries(&self) -> Vec<StateVariables> {
         let links = self.assembly.links().len();
-        let nodes = &self.assembly.carriers()[self.assembly.solids().len()..];
-        let joints = nodes.iter().map(Body::numbers).sum();
+        let nodes = self.assembly.carriers().iter();
+        let nodes = nodes.filter(|carrier| carrier.is_massless());
+        let joints = nodes.map(Body::numbers).sum();
         let bodies = self.assembly.chart_slots(0).start - joints;
         let spins = self.assembly.time_slot() - self.assembly.chart_slots(links).start;
         StateVariables::some([
             ("charts of the rods", 6 * links),
             ("turns and spins of rods about their chords", spins),
             ("places and velocities of the bodies", bodies),
-            ("angles and shifts of joints", joints),
+            ("angles and shifts of joints, places of nodes", joints),
             ("time, work and loss to drag", 3),
         ])
     }

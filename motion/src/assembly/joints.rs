@@ -1,4 +1,4 @@
-//! Light rods with joints other than weld and ball: methods that follow them, and their snaps.
+//! Light rods on joints other than weld and ball, or joined without a body: methods that follow them, and snaps.
 
 use super::{AssemblyRun, AssemblySample, Event, LandingRule, Options, Snap, SnapEnd};
 use nalgebra::DVector;
@@ -7,25 +7,25 @@ use snaprod_systems::error::{Error, Result};
 use snaprod_systems::rod::Wrench;
 use snaprod_systems::solve::integrator::Method;
 
-/// Refuses options that joints with axes do not have.
+/// Refuses options that joints with axes, and nodes without mass, do not have.
 ///
 /// # Errors
 /// Implicit or symmetric steps; a landing other than that of the fast layer; nodes on ball joints; a section law in
 /// time.
 pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
-    if !assembly.has_joints() {
+    if !assembly.has_nodes() {
         return Ok(());
     }
     let refuse = |why: &str| Err(Error::domain(why));
     if matches!(options.method, Method::Implicit | Method::Symmetric) {
         return refuse(
-            "run.method: rods with a hinge, universal joint, slider or roller and without their own mass move by explicit steps; leave method \
+            "run.method: rods without their own mass on a hinge, universal joint, slider, roller or node move by explicit steps; leave method \
              out, or give the rods inertia = \"full\"",
         );
     }
     if options.landing != LandingRule::Viscous {
         return refuse(
-            "landing: rods with a hinge, universal joint, slider or roller and without their own mass land where the fast layer leads; leave \
+            "landing: rods without their own mass on a hinge, universal joint, slider, roller or node land where the fast layer leads; leave \
              landing out",
         );
     }
@@ -55,9 +55,9 @@ pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Method of the steps: explicit with joints.
+/// Method of the steps: explicit with joints and nodes.
 pub(super) fn method(assembly: &Assembly, asked: Method) -> Method {
-    if assembly.has_joints() || assembly.links().is_empty() {
+    if assembly.has_nodes() || assembly.links().is_empty() {
         Method::Explicit
     } else {
         asked

@@ -2,12 +2,12 @@
 //! where a rod touches.
 
 use super::{AssemblyRun, StateVector};
+use crate::contact::{Mark, Marks, NearestPlace, nearest_place, way_of};
 use crate::event::Outcome;
 use crate::locate::{end_at_zero, seen_inside};
 use crate::run::{RodBound, RodTouch};
 use nalgebra::Vector3;
 use snaprod_systems::assembly::Evaluated;
-use snaprod_systems::contact::Gap;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::AcceptedStep;
 
@@ -17,97 +17,6 @@ const INTERVALS: usize = 32;
 const FINER: usize = 8;
 /// Gap, in lengths of the rod, below which the nearest place is looked at again.
 const NEAR: f64 = 0.02;
-/// Halvings of the nearest place on a cubic.
-const HALVINGS: usize = 40;
-
-/// A place of a rod in the world, and its derivative by arclength.
-#[derive(Clone, Copy)]
-pub(super) struct Mark {
-    s: f64,
-    x: Vector3<f64>,
-    along: Vector3<f64>,
-}
-
-/// Places of one rod, in the order of arclength.
-pub(super) type Marks = Vec<Mark>;
-
-impl Mark {
-    /// The place at the fraction `u` of the way to the next mark, on the cubic with both tangents.
-    fn between(&self, next: &Self, u: f64) -> Self {
-        let ds = next.s - self.s;
-        let [d0, d1] = [self.along * ds, next.along * ds];
-        let (v, jump) = (1.0 - u, next.x - self.x);
-        let x = self.x + jump * (u * u * (3.0 - 2.0 * u)) + (d0 * v - d1 * u) * (u * v);
-        let rate = jump * (6.0 * u * v) + d0 * (v * (1.0 - 3.0 * u)) + d1 * (u * (3.0 * u - 2.0));
-        Self {
-            s: self.s + u * ds,
-            x,
-            along: rate / ds,
-        }
-    }
-}
-
-/// The place of a rod that is nearest to an obstacle.
-struct NearestPlace {
-    obstacle: usize,
-    /// The mark before the place.
-    first: usize,
-    s: f64,
-    gap: f64,
-}
-
-/// The least gap of a rod, given by `marks`, from the obstacles, with its place. The ends of the
-/// rod are held by others and do not count.
-fn nearest(
-    marks: &[Mark],
-    gaps: impl Iterator<Item = (usize, impl Fn(&Vector3<f64>) -> Gap)>,
-    apart: [f64; 2],
-) -> Option<NearestPlace> {
-    let mut least: Option<NearestPlace> = None;
-    for (obstacle, distance) in gaps {
-        let mut take = |first: usize, s: f64, gap: f64| {
-            let counts = apart[0] < s && s < apart[1];
-            if counts && least.as_ref().is_none_or(|least| gap < least.gap) {
-                least = Some(NearestPlace {
-                    obstacle,
-                    first,
-                    s,
-                    gap,
-                });
-            }
-        };
-        let seen = |mark: &Mark| {
-            let gap = distance(&mark.x);
-            (gap.value, gap.normal.dot(&mark.along))
-        };
-        let values: Vec<(f64, f64)> = marks.iter().map(seen).collect();
-        for (i, pair) in values.windows(2).enumerate() {
-            let [(gap, falls), (_, rises)] = *pair else {
-                continue;
-            };
-            take(i, marks[i].s, gap);
-            if falls >= 0.0 || rises <= 0.0 {
-                continue;
-            }
-            let mut ends = [0.0, 1.0];
-            for _ in 0..HALVINGS {
-                let u = 0.5 * (ends[0] + ends[1]);
-                let falling = seen(&marks[i].between(&marks[i + 1], u)).1 < 0.0;
-                ends[usize::from(!falling)] = u;
-            }
-            let place = marks[i].between(&marks[i + 1], ends[1]);
-            take(i, place.s, seen(&place).0);
-        }
-    }
-    least
-}
-
-/// Largest displacement of the places of a rod between two moments.
-fn moved(from: &[Mark], to: &[Mark]) -> f64 {
-    let ways = from.iter().zip(to).map(|(a, b)| (b.x - a.x).norm());
-    ways.fold(0.0, f64::max)
-}
-
 impl<'a> AssemblyRun<'a> {
     /// Places of a rod at the given fractions of the rod's length.
     fn marks(&self, at: &Evaluated, rod: usize, places: &[f64]) -> Option<Marks> {
@@ -150,7 +59,7 @@ impl<'a> AssemblyRun<'a> {
             let diameter = link.diameter().unwrap_or(0.0);
             let held = diameter / link.rod().length();
             let apart = [held, 1.0 - held];
-            let mut found = nearest(&marks, bodies.gaps_of_rod(rod, t), apart);
+            let mut found = nearest_place(&marks, bodies.gaps_of_rod(rod, t), apart);
             let close = |near: &&NearestPlace| near.gap - diameter < NEAR * link.rod().length();
             if let Some(near) = found.as_ref().filter(close) {
                 // A second look where the rod is nearest.
@@ -158,7 +67,7 @@ impl<'a> AssemblyRun<'a> {
                 let last = (near.first + 2).min(INTERVALS);
                 let fine = even(marks[first].s, marks[last].s, FINER);
                 let fine = self.marks(&at, rod, &fine)?;
-                found = nearest(&fine, bodies.gaps_of_rod(rod, t), apart);
+                found = nearest_place(&fine, bodies.gaps_of_rod(rod, t), apart);
             }
             if let Some(found) = found {
                 let gap = found.gap - 0.5 * diameter;
@@ -199,7 +108,7 @@ impl<'a> AssemblyRun<'a> {
         let (marks, near) = self.look_at_rods(step.to())?;
         self.extra.evaluations += 2;
         let before = std::mem::replace(&mut self.contacts.as_mut()?.marks, marks.clone());
-        let way = (before.iter().zip(&marks)).map(|(from, to)| moved(from, to));
+        let way = (before.iter().zip(&marks)).map(|(from, to)| way_of(from, to));
         let way = way.fold(0.0, f64::max);
         let nearest = |state: &StateVector| self.look_at_rods(state).and_then(|(_, near)| near);
         let mut cost = Cost::default();

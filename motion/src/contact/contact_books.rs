@@ -127,6 +127,8 @@ impl<'a> ContactBooks<'a> {
     pub fn sample(&self, mut now: Moment<'_>, sums: Sums) -> ContactSample {
         ContactSample {
             impact_lost: self.lost,
+            closing_lost: 0.0,
+            barrier: 0.0,
             friction_lost: self.friction.at(sums.drag),
             obstacle_work: self.struck + self.obstacles.at(sums.work),
             least_gap: now.least_gap(),

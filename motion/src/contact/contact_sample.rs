@@ -8,6 +8,10 @@ use super::rod_contact::RodContactNow;
 pub struct ContactSample {
     /// Energy lost in impacts, a part of the dissipated energy.
     pub impact_lost: f64,
+    /// Energy lost where surfaces close at a barrier, a part of the dissipated energy.
+    pub closing_lost: f64,
+    /// Energy of barriers, a part of the elastic energy.
+    pub barrier: f64,
     /// Energy lost to friction at contacts, a part of the dissipated energy.
     pub friction_lost: f64,
     /// Work of moving obstacles on the bodies, a part of the work.

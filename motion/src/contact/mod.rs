@@ -31,6 +31,7 @@
 //! ```
 
 mod bodies;
+mod body_at_end;
 mod body_ledger;
 mod body_motion;
 mod body_options;
@@ -44,6 +45,7 @@ mod first_touch;
 mod impacts;
 mod rest;
 mod rod_contact;
+mod rod_marks;
 mod sheet_list;
 
 pub use bodies::{Bodies, ContactId, Forces, Partner};
@@ -53,9 +55,11 @@ pub use body_options::BodyOptions;
 pub use contact_event::{ContactChange, ContactEvent, ImpactRecord, RuleOfImpact};
 pub use contact_sample::ContactSample;
 pub use contact_set::ContactNow;
-pub use rod_contact::{RodContactChange, RodContactEvent, RodContactNow};
+pub use rod_contact::{RodContactChange, RodContactEvent, RodContactNow, Rubbing, SLIPPING};
 
+pub(crate) use body_at_end::{BodyAtEnd, EndContacts};
 pub(crate) use contact_books::{ContactBooks, Sums};
 pub(crate) use contact_dynamics::ContactDynamics;
 pub(crate) use contact_forces::{AccelerationBound, Closed, Grip, Moment};
 pub(crate) use contact_set::Found;
+pub(crate) use rod_marks::{Mark, Marks, NearestPlace, nearest_place, way_of};

@@ -2,6 +2,9 @@
 
 use nalgebra::Vector3;
 
+/// Part of the largest friction by which the friction of sticking surfaces is smaller.
+pub const SLIPPING: f64 = 1e-6;
+
 /// A place at which a rod touches an obstacle at a moment. Vectors are in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RodContactNow {
@@ -17,6 +20,29 @@ pub struct RodContactNow {
     pub normal: Vector3<f64>,
     /// Reaction on the rod, along the normal.
     pub normal_force: f64,
+    /// The stretch of the rod that is pushed, as arclengths: both are `s` for a point.
+    pub stretch: [f64; 2],
+    /// Friction on the rod.
+    pub rubbing: Rubbing,
+}
+
+/// Friction at the contact of a rod. The default is that of smooth surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rubbing {
+    /// Coefficient of friction.
+    pub coefficient: f64,
+    /// Friction on the rod, in the world.
+    pub friction: Vector3<f64>,
+    /// Velocity of the rod at the place; `None` where it is not known.
+    pub slip: Option<Vector3<f64>>,
+}
+
+impl RodContactNow {
+    /// True if the surfaces stick.
+    pub fn sticks(&self) -> bool {
+        let most = self.rubbing.coefficient * self.normal_force;
+        self.rubbing.friction.norm() < most * (1.0 - SLIPPING)
+    }
 }
 
 /// The change of the contact of a rod with an obstacle.

@@ -8,18 +8,20 @@ use super::element_sample::{ElementSample, ledger};
 use super::run::{HeavyRun, resolved_start};
 use super::start::HeavyStart;
 use super::touch::{RodsInStep, first_contact};
+use crate::contact::RodContactEvent;
 use crate::saved_state::{SavedState, outside_step};
 use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{Contact, Nearness, Tube};
-use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::error::{Cause, Error, Message, Quantity, Result};
 use snaprod_systems::full_mass::assembly::HeavyAssembly;
 use snaprod_systems::full_mass::elements::{
-    ElementAssembly, ElementMoment, Freedoms, INTEGRALS, Mesh,
+    ElementAssembly, ElementMoment, Freedoms, INTEGRALS, Mesh, Missed, Touching,
 };
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::{Integrator, Method};
 use snaprod_systems::viscoelastic::resolution::Nodes;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Name of the state variables of rods in elements.
@@ -52,6 +54,11 @@ const HARDEST: f64 = 1e7;
 const GIVES_WAY: f64 = 10.0;
 /// Distance, over the tolerance, within which the equilibrium of the elements is taken for that of a settled start.
 const NEAR_REST: f64 = 30.0;
+/// Gap at which obstacles are near, over the width of their barrier, and error of places there over that width.
+const NEAR: f64 = 100.0;
+const WITHIN_GAP: f64 = 0.02;
+/// Points looked at for each point of a rod that an obstacle may push.
+const BETWEEN: usize = 4;
 /// Part of the accelerations out of a plane that ends a motion in the plane.
 const ASIDE: f64 = 1e-9;
 
@@ -80,6 +87,8 @@ pub struct ElementRun {
     most_nodes: usize,
     /// Distances between rods with a contact diameter.
     near: Option<Nearness>,
+    /// Touches and releases of rods that are still to be reported.
+    touched: VecDeque<RodContactEvent>,
     /// True if rigid strains give far more than the tolerance.
     gives: bool,
     /// Reason for an end of the run with the last step.
@@ -99,6 +108,9 @@ pub fn heavy_motion<'a>(
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
     let asked = options.method == Method::Auto && options.nodes == Nodes::Adaptive;
+    if given.obstacles().is_some() {
+        return among_obstacles(given, start, options, asked);
+    }
     if !asked || options.tolerance < FINEST {
         return Ok(Box::new(HeavyRun::new(given, start, options)?));
     }
@@ -109,6 +121,23 @@ pub fn heavy_motion<'a>(
             Ok(Box::new(run.without_elements(why.to_string())))
         }
     }
+}
+
+/// The motion of rods with mass among obstacles: in elements.
+fn among_obstacles<'a>(
+    given: &HeavyAssembly,
+    start: &HeavyStart<'_>,
+    options: Options,
+    asked: bool,
+) -> Result<Box<dyn Motion<'a> + 'a>> {
+    let only = "rods with all of their mass touch obstacles in elements";
+    if !asked || options.tolerance < FINEST {
+        return Err(Error::domain(format!(
+            "{only}: leave out method and nodes, and write a tolerance of 1e-5 or more"
+        )));
+    }
+    let model = in_elements(given, &options).map_err(|why| why.context(only))?;
+    Ok(Box::new(ElementRun::new(given, model, start, options)?))
 }
 
 /// The assembly with each rod cut into the elements of the start.
@@ -164,6 +193,9 @@ impl ElementRun {
             .collect();
         let give = model.give_under_loads(&loaded, &times) / (GIVE * options.tolerance);
         let model = model.with_hold(give.clamp(1.0, HARDEST));
+        outside_obstacles(given, &model, &loaded)?;
+        let strength = model.barrier_strength(&loaded, &times);
+        let model = model.with_barrier_strength(strength);
         let (model, undecided) = match in_a_plane(&model, &y) {
             InPlane::One(axis) => (model.with_freedoms(Freedoms::Plane(axis)), false),
             InPlane::Many => (model, true),
@@ -174,6 +206,7 @@ impl ElementRun {
             let like = |made: ElementAssembly| {
                 let held = made.with_hold(model.hold());
                 held.with_freedoms(model.freedoms())
+                    .with_barrier_strength(strength)
             };
             let standing = ElementAssembly::new(&given.standing_at(0.0), model.mesh().clone())?;
             let Some(rested) = like(standing).rested(&y, NEAR_REST * options.tolerance) else {
@@ -187,8 +220,8 @@ impl ElementRun {
             model = like(ElementAssembly::new(given, mesh)?);
             y = strained_state(&model);
         }
-        let model = Arc::new(model);
         let moment = model.moment(&y).ok_or_else(outside)?;
+        let model = Arc::new(model.anchored(&moment));
         let near = nearness(given, &model, &moment);
         let touching = near.as_ref().and_then(|near| near.contact);
         if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
@@ -214,6 +247,7 @@ impl ElementRun {
             tail: 0.0,
             undecided,
             near,
+            touched: VecDeque::new(),
             gives: false,
             ended: None,
             stopped: false,
@@ -249,6 +283,7 @@ impl ElementRun {
     /// Continues from a state of the last model on another one.
     fn on(&mut self, model: ElementAssembly, from: &DVector<f64>) -> Option<()> {
         let state = model.carried(&self.model, from)?;
+        let model = model.anchored_as(&self.model, &state, from)?;
         self.integrator.restart(&model, state, None)?;
         self.model = Arc::new(model);
         self.most_nodes = self.most_nodes.max(self.model.most_nodes());
@@ -270,14 +305,37 @@ impl ElementRun {
         Some(())
     }
 
+    /// Bound of the last coefficients of an element. Near obstacles the error of places is below the width of their
+    /// barrier.
+    fn tail_bound(&self) -> f64 {
+        let bound = tail_bound(&self.options);
+        let (Some(among), Some(contact)) = (self.given.obstacles(), self.current.contact()) else {
+            return bound;
+        };
+        if contact.least_gap < NEAR * among.gap {
+            bound.min((WITHIN_GAP * among.gap).sqrt())
+        } else {
+            bound
+        }
+    }
+
     /// Takes a step no longer than `left`, on as many elements as it needs. None if there is no such step.
     fn step(&mut self, left: f64) -> Option<()> {
-        let bound = tail_bound(&self.options);
+        let bound = self.tail_bound();
         loop {
             self.integrator.step(&*self.model, left).ok()?;
             let state = self.integrator.state();
             let moment = self.model.moment(state)?;
             let from = self.integrator.from().clone();
+            if let Some(missed) = self.model.missed(&self.model.moment(&from)?, &moment) {
+                if missed == Missed::Between {
+                    let denser = ElementAssembly::clone(&self.model).with_denser_points(2)?;
+                    self.on(denser, &from)?;
+                }
+                let half = 0.5 * self.integrator.span();
+                self.integrator.restart(&*self.model, from, Some(half))?;
+                continue;
+            }
             if self.model.leaves_plane(state)? > ASIDE {
                 let whole = ElementAssembly::clone(&self.model);
                 self.on(whole.with_freedoms(Freedoms::Space), &from)?;
@@ -288,24 +346,35 @@ impl ElementRun {
                 return None;
             }
             let tails = self.model.tails(&moment);
+            let largest = tails
+                .iter()
+                .flatten()
+                .fold(0.0, |most, tail| tail.max(most));
             let Some(mesh) = finer(&self.model, &tails, bound) else {
-                let largest = tails
-                    .iter()
-                    .flatten()
-                    .fold(0.0, |most, tail| tail.max(most));
                 self.tail = self.tail.max(largest);
                 return Some(());
             };
             let freedoms = self.model.freedoms();
             let hold = self.model.hold();
             let model = ElementAssembly::new(&self.given, mesh).ok()?;
-            self.on(model.with_freedoms(freedoms).with_hold(hold), &from)?;
+            let model = model.with_barrier_strength(self.model.strength());
+            let among_obstacles = model.strength().is_some();
+            let finer = self.on(model.with_freedoms(freedoms).with_hold(hold), &from);
+            if finer.is_none() && among_obstacles {
+                // Places of rods on more elements differ by an error, and may lie inside an obstacle.
+                self.tail = self.tail.max(largest);
+                return Some(());
+            }
+            finer?;
         }
     }
 
     fn go_on(&mut self) -> Event {
         if self.interrupted {
             return self.stop(Outcome::Interrupted);
+        }
+        if let Some(event) = self.touched.pop_front() {
+            return Event::RodContact(event);
         }
         if let Some(outcome) = self.ended.take() {
             return self.stop(outcome);
@@ -320,6 +389,11 @@ impl ElementRun {
         }
         if self.undecided && self.decide().is_none() {
             return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
+        }
+        if self.model.rubs() {
+            // Samples inside of the last step needed the anchors of its start.
+            let model = ElementAssembly::clone(&self.model);
+            self.model = Arc::new(model.anchored(self.current.moment()));
         }
         let past = from + 1e-14 * self.options.duration;
         let left = left.min(self.model.next_break(past) - from);
@@ -347,6 +421,8 @@ impl ElementRun {
             Some((current, numerical)) => {
                 (self.numerical_before, self.numerical) = (self.numerical, numerical);
                 self.total_before = self.current.ledger().total();
+                let changes = current.changed_contacts(&self.current);
+                self.touched.extend(changes);
                 self.current = current;
             }
             None => return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section"),
@@ -467,6 +543,40 @@ impl RodsInStep for ElementRun {
     }
 }
 
+/// Refuses a start inside of an obstacle.
+fn outside_obstacles(
+    given: &HeavyAssembly,
+    model: &ElementAssembly,
+    at: &ElementMoment,
+) -> Result<()> {
+    let (Some(nearest), Some(obstacles)) = (model.nearest_place(at, BETWEEN), given.obstacles())
+    else {
+        return Ok(());
+    };
+    if nearest.gap > 0.0 {
+        return Ok(());
+    }
+    let (what, s) = match nearest.of {
+        Touching::Rod { rod, centre, .. } => (given.rod_name(rod), Some(centre)),
+        Touching::Body(_) => ("a body".to_owned(), None),
+    };
+    let shape = obstacles.obstacles[nearest.obstacle].name();
+    let mut inside = Message::from(format!("{what} starts "))
+        .number(-nearest.gap, Quantity::Length)
+        .words(format!(
+            " inside of a {shape} (obstacle {})",
+            nearest.obstacle + 1
+        ));
+    if let Some(s) = s {
+        inside = inside
+            .words(", deepest at s = ")
+            .number(s, Quantity::Length);
+    }
+    let inside = inside
+        .words("; surfaces lie on each other at a distance of contact.gap: move one of the two");
+    Err(Error::domain(inside))
+}
+
 /// Centrelines of the rods with a contact diameter.
 fn tubes<'a>(
     given: &'a HeavyAssembly,
@@ -558,17 +668,21 @@ impl<'a> Motion<'a> for ElementRun {
         y[self.model.time()] = t;
         let between = |before: f64, now: f64| before + x * (now - before);
         let numerical = between(self.numerical_before, self.numerical);
-        let (mut sample, _) = self.sampled(&y, Some(numerical))?;
         // Small errors of places are large energies of stiff strains, and larger forces of the springs that hold rigid
-        // strains: a step of its own then leads to the sample.
+        // strains, or lead into an obstacle: a step of its own then leads to the sample.
         let total = between(self.total_before, self.current.ledger().total());
-        let ledger = sample.ledger();
-        let opens = (ledger.total() - total).abs() > self.options.tolerance * ledger.largest();
-        if opens || self.model.has_springs() {
-            let mut y = self.integrator.at(&*self.model, x)?;
-            y[self.model.time()] = t;
-            (sample, _) = self.sampled(&y, Some(numerical))?;
-        }
+        let closed = self.sampled(&y, Some(numerical)).filter(|(sample, _)| {
+            let ledger = sample.ledger();
+            (ledger.total() - total).abs() <= self.options.tolerance * ledger.largest()
+        });
+        let (sample, _) = match closed.filter(|_| !self.model.has_springs()) {
+            Some(made) => made,
+            None => {
+                let mut y = self.integrator.at(&*self.model, x)?;
+                y[self.model.time()] = t;
+                self.sampled(&y, Some(numerical))?
+            }
+        };
         Some(StateRef::Made(Box::new(sample)))
     }
 
@@ -621,6 +735,7 @@ impl<'a> Motion<'a> for ElementRun {
         let [hold] = saved.array("hold")?;
         let model = ElementAssembly::new(&self.given, mesh)?;
         let model = model.with_freedoms(freedoms).with_hold(hold);
+        let model = model.with_barrier_strength(self.model.strength());
         let outside = || {
             Error::domain(
                 "the strains of the state are outside the law's domain, or of another rod",
@@ -639,7 +754,7 @@ impl<'a> Motion<'a> for ElementRun {
             .restart(&model, y, None)
             .ok_or_else(outside)?;
         self.near = nearness(&self.given, &model, &moment);
-        self.model = Arc::new(model);
+        self.model = Arc::new(model.anchored(&moment));
         self.most_nodes = self.most_nodes.max(self.model.most_nodes());
         let state = self.integrator.state();
         (self.current, _) = self.sampled(state, Some(numerical)).ok_or_else(outside)?;
@@ -680,7 +795,7 @@ impl<'a> Motion<'a> for ElementRun {
         let time = self.model.time();
         StateVariables::some([
             (IN_ELEMENTS, time),
-            ("time, work, dissipation and loss to drag", INTEGRALS),
+            ("time, work, and the parts of the dissipation", INTEGRALS),
         ])
     }
 

@@ -1,9 +1,16 @@
 //! State of a run of rods in elements at one moment.
 
+use crate::contact::{
+    ContactId, ContactNow, ContactSample, Partner, RodContactChange, RodContactEvent,
+    RodContactNow, Rubbing, SLIPPING,
+};
 use crate::{Ledger, RodCurve, SectionState, State};
 use nalgebra::{Isometry3, Vector6};
 use snaprod_systems::assembly::BodyMotion;
-use snaprod_systems::full_mass::elements::{ElementAssembly, ElementMoment};
+use snaprod_systems::full_mass::elements::{
+    BarrierContact, ElementAssembly, ElementMoment, Touching,
+};
+use snaprod_systems::full_mass::obstacles::Bearer;
 use snaprod_systems::section::Strain;
 use std::sync::Arc;
 
@@ -19,6 +26,8 @@ pub struct ElementSample {
     ledger: Ledger,
     friction: f64,
     numerical: f64,
+    /// Contacts with obstacles; `None` without obstacles.
+    contact: Option<ContactSample>,
 }
 
 /// Energies of a moment, with the integrals over time (time, friction, work, drag) of its state.
@@ -35,9 +44,75 @@ pub(super) fn ledger(
         rod_kinetic: rod_kinetic + moved,
         elastic,
         potential: potential + lifted,
-        dissipated: integrals[1] + integrals[3] + numerical,
+        dissipated: integrals[1] + integrals[3] + integrals[4] + integrals[5] + numerical,
         work: integrals[2] + moved + lifted - before[0] - before[1],
     }
+}
+
+/// The contacts of a moment; `None` without obstacles.
+fn contacts(
+    model: &ElementAssembly,
+    at: &ElementMoment,
+    integrals: &[f64],
+) -> Option<ContactSample> {
+    let nearest = model.nearest_place(at, 1)?;
+    let mut sample = ContactSample {
+        closing_lost: integrals[4],
+        friction_lost: integrals[5],
+        barrier: at.barrier(),
+        least_gap: nearest.gap,
+        ..ContactSample::default()
+    };
+    for contact in model.barrier_contacts(at) {
+        let BarrierContact {
+            obstacle,
+            point,
+            normal,
+            reaction: normal_force,
+            friction,
+            slip,
+            coefficient,
+            ..
+        } = contact;
+        match contact.of {
+            Touching::Rod {
+                rod,
+                stretch,
+                centre,
+            } => sample.rods.push(RodContactNow {
+                rod,
+                obstacle,
+                s: centre,
+                point,
+                normal,
+                normal_force,
+                stretch,
+                rubbing: Rubbing {
+                    coefficient,
+                    friction,
+                    slip: Some(slip),
+                },
+            }),
+            Touching::Body(on) => sample.contacts.push(ContactNow {
+                contact: ContactId {
+                    body: match on {
+                        Bearer::Listed(body) => body,
+                        Bearer::EndOf(_) => 0,
+                    },
+                    partner: Partner::Obstacle(obstacle),
+                    place: 0,
+                },
+                point,
+                normal,
+                normal_force,
+                friction,
+                slip,
+                coefficient,
+                sticks: friction.norm() < coefficient * normal_force * (1.0 - SLIPPING),
+            }),
+        }
+    }
+    Some(sample)
 }
 
 impl ElementSample {
@@ -53,9 +128,41 @@ impl ElementSample {
             ledger: ledger(model, &at, integrals, numerical),
             friction: integrals[1],
             numerical,
+            contact: contacts(model, &at, integrals),
             model: model.clone(),
             at,
         }
+    }
+
+    /// Touches and releases of rods since the moment `before`: obstacles that begin or cease to push a rod.
+    pub(super) fn changed_contacts(&self, before: &Self) -> Vec<RodContactEvent> {
+        let rods = |of: &Self| -> Vec<RodContactNow> {
+            of.contact
+                .iter()
+                .flat_map(|contact| contact.rods.clone())
+                .collect()
+        };
+        let [now, then] = [rods(self), rods(before)];
+        let pair = |at: &RodContactNow| (at.rod, at.obstacle);
+        let new = |at: &RodContactNow, others: &[RodContactNow], own: &[RodContactNow]| {
+            let first = own.iter().find(|other| pair(other) == pair(at));
+            first == Some(at) && !others.iter().any(|other| pair(other) == pair(at))
+        };
+        let event = |at: &RodContactNow, change| RodContactEvent {
+            t: self.at.t,
+            change,
+            at: *at,
+        };
+        let begun = now.iter().filter(|at| new(at, &then, &now));
+        let begun = begun.map(|at| event(at, RodContactChange::Touch));
+        let ended = then.iter().filter(|at| new(at, &now, &then));
+        let ended = ended.map(|at| event(at, RodContactChange::Release));
+        ended.chain(begun).collect()
+    }
+
+    /// The moment.
+    pub(super) fn moment(&self) -> &ElementMoment {
+        &self.at
     }
 
     fn curve(&self, k: usize, points: usize) -> RodCurve {
@@ -101,6 +208,10 @@ impl State for ElementSample {
 
     fn numerical_loss(&self) -> f64 {
         self.numerical
+    }
+
+    fn contact(&self) -> Option<&ContactSample> {
+        self.contact.as_ref()
     }
 
     fn bodies(&self) -> &[BodyMotion] {

@@ -69,8 +69,8 @@ impl RodBound {
     pub fn why(self) -> &'static str {
         match self {
             Self::Touch => {
-                "in motion a rod touches fixed obstacles without friction and without sharp edges, at four places at most; write rods = \"none\" \
-                 in [contact] to let rods pass through obstacles"
+                "in motion planar elastic rods alone touch obstacles: fixed ones, without friction and without sharp edges, at four places at \
+                 most; write rods = \"none\" in [contact] to let rods pass through obstacles"
             }
             Self::Release => {
                 "the equilibrium without this touch was not found; change the start or the obstacles a little"

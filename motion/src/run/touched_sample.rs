@@ -1,7 +1,7 @@
 //! A state of a planar rod that touches obstacles.
 
 use super::Sample;
-use crate::contact::{ContactSample, RodContactNow};
+use crate::contact::{ContactSample, RodContactNow, Rubbing};
 use crate::ledger::Ledger;
 use crate::state::{RodCurve, SectionState, State, bent, planar};
 use nalgebra::{Isometry3, Vector6};
@@ -27,6 +27,8 @@ pub(super) fn contact_of(touch: &TouchPoint, obstacles: &[usize]) -> RodContactN
         point: touch.position,
         normal: touch.normal,
         normal_force: touch.reaction,
+        stretch: [touch.s; 2],
+        rubbing: Rubbing::default(),
     }
 }
 

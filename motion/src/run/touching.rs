@@ -9,7 +9,7 @@ use super::elastica::free_rod_gap;
 use super::rod_gap::frame;
 use super::touched_sample::{TouchedSample, contact_of};
 use super::{Phase, Run, Sample};
-use crate::contact::{Bodies, RodContactChange, RodContactEvent};
+use crate::contact::{Bodies, Mark, Marks, RodContactChange, RodContactEvent, nearest_place};
 use crate::drive::{Motion, StateVariables};
 use crate::event::{Event, Outcome};
 use crate::options::Options;
@@ -23,7 +23,7 @@ use snaprod_systems::error::{Cause, Error, Result, Stuck};
 use snaprod_systems::manifold::invert_near;
 use snaprod_systems::math::se3::join;
 use snaprod_systems::rod::contact::{
-    ContactGuess, ElasticaAmong, GuessedTouch, Surface, TouchedSheet,
+    ContactGuess, ElasticaAmong, GuessedTouch, SheetSection, Surface, TouchedSheet,
 };
 use snaprod_systems::solve::cost::Cost;
 use std::collections::VecDeque;
@@ -35,6 +35,8 @@ const SOFT: f64 = 1e-4;
 const CHANGES: u32 = 20;
 /// Distance from the centre of a chart within which a step that collapses has another cause than the chart.
 const NEAR_CENTRE: f64 = 0.05;
+/// Intervals of a rod with touches in the search for touches that are not followed.
+const MARKS: usize = 64;
 /// Accuracy of the place of the end on a free sheet.
 const PLACE: f64 = 1e-15;
 
@@ -44,10 +46,12 @@ pub(super) struct TouchingRun<'a> {
     obstacles: AmongObstacles<'a>,
     options: Options,
     stage: Stage<'a>,
-    /// The rod among its obstacles; None if touches of one of the obstacles are not followed.
+    /// The rod among the obstacles whose touches are followed; None without any.
     rod: Option<Arc<ElasticaAmong>>,
     /// The obstacle of each surface of `rod`.
     surfaces: Arc<[usize]>,
+    /// Obstacles at which a touch ends the run: obstacles with a motion or with sharp edges.
+    unfollowed: Arc<[usize]>,
     given: Sample<2>,
     /// Events that are still to be reported.
     events: VecDeque<Event>,
@@ -79,29 +83,49 @@ enum Passed {
     Ends(RodBound),
 }
 
-/// The rod with its clamp and its obstacles of the numbers `touched`; None with obstacles that move, or that have sharp
-/// edges.
-fn rod_among(
-    bodies: &Bodies,
-    touched: &[usize],
-    body: &PointMass<2>,
-) -> Option<Arc<ElasticaAmong>> {
-    let fixed = |obstacle: &snaprod_systems::contact::MovingObstacle| {
-        let stands = obstacle.motion(0.0).0.pose == Isometry3::identity();
-        (stands && !obstacle.moves()).then(|| Surface::new(obstacle.obstacle().clone(), 0.0).ok())
-    };
-    let surfaces = (touched.iter()).map(|obstacle| fixed(&bodies.obstacles[*obstacle]).flatten());
-    let surfaces: Option<Vec<Surface>> = surfaces.collect();
+/// The surface of an obstacle whose touches are followed; None for obstacles that move, or have sharp edges.
+fn followed(bodies: &Bodies, obstacle: usize) -> Option<Surface> {
+    let obstacle = &bodies.obstacles[obstacle];
+    let stands = obstacle.motion(0.0).0.pose == Isometry3::identity() && !obstacle.moves();
+    let surface = stands.then(|| Surface::new(obstacle.obstacle().clone(), 0.0));
+    surface?.ok()
+}
+
+/// The rod with its clamp among surfaces.
+fn rod_among(surfaces: Vec<Surface>, body: &PointMass<2>) -> Option<Arc<ElasticaAmong>> {
     let seen = frame(body, 0.0);
     let origin = seen.place(&Vector2::zeros());
     let along = seen.outward(&Vector2::x());
     let clamp = planar(origin.x, origin.y, along.y.atan2(along.x));
-    let among = ElasticaAmong::new(&clamp, surfaces?);
+    let among = ElasticaAmong::new(&clamp, surfaces);
     among.ok().map(Arc::new)
 }
 
-/// The room of a rod with touches; `obstacles` has the obstacle of each surface.
-fn touched_rod_gap(sheet: &TouchedSheet, obstacles: Arc<[usize]>) -> RodGap<'_, 2> {
+/// Places of a rod on a sheet with touches.
+fn marks(sheet: &TouchedSheet, body: &PointMass<2>, at: &Phase<2>) -> Option<Marks> {
+    let places: Vec<f64> = (0..=MARKS).map(|k| k as f64 / MARKS as f64).collect();
+    let seen = frame(body, at.t);
+    let mark = |section: SheetSection| {
+        let shape = section.shape;
+        let (sin, cos) = shape.theta.sin_cos();
+        Mark {
+            s: shape.s,
+            x: seen.place(&Vector2::new(shape.x, shape.y)).push(0.0),
+            along: seen.outward(&Vector2::new(cos, sin)).push(0.0),
+        }
+    };
+    let sections = sheet.sections(&at.q, &places)?;
+    Some(sections.into_iter().map(mark).collect())
+}
+
+/// The room of a rod with touches; `obstacles` has the obstacle of each surface, `unfollowed` the other obstacles.
+fn touched_rod_gap<'a>(
+    sheet: &'a TouchedSheet,
+    obstacles: Arc<[usize]>,
+    unfollowed: Arc<[usize]>,
+    bodies: &'a Bodies,
+    body: &'a PointMass<2>,
+) -> RodGap<'a, 2> {
     Box::new(move |at: &Phase<2>, by: GapBy| {
         let mut least = RodTouch::FAR;
         if by == GapBy::Reach {
@@ -126,6 +150,21 @@ fn touched_rod_gap(sheet: &TouchedSheet, obstacles: Arc<[usize]>) -> RodGap<'_, 
                 };
             }
         }
+        let looked_at = |k: &usize| unfollowed.contains(k) && by.looks_at(RodBound::Touch, *k);
+        if unfollowed.iter().any(looked_at)
+            && let Some(marks) = marks(sheet, body, at)
+        {
+            let gaps = bodies.gaps_of_rod(0, at.t).filter(|(k, _)| looked_at(k));
+            let near = nearest_place(&marks, gaps, [0.0, 1.0]);
+            if let Some(near) = near.filter(|near| near.gap < least.gap) {
+                least = RodTouch {
+                    obstacle: near.obstacle,
+                    s: near.s,
+                    gap: near.gap,
+                    ..RodTouch::FAR
+                };
+            }
+        }
         least
     })
 }
@@ -139,13 +178,23 @@ impl<'a> TouchingRun<'a> {
         options: Options,
     ) -> Self {
         let touched = obstacles.bodies.gaps_of_rod(0, 0.0);
-        let surfaces: Arc<[usize]> = touched.map(|(obstacle, _)| obstacle).collect();
+        let (mut numbers, mut surfaces, mut others) = (Vec::new(), Vec::new(), Vec::new());
+        for (obstacle, _) in touched {
+            match followed(obstacles.bodies, obstacle) {
+                Some(surface) => {
+                    numbers.push(obstacle);
+                    surfaces.push(surface);
+                }
+                None => others.push(obstacle),
+            }
+        }
         Self {
             body,
             obstacles,
             options,
-            rod: rod_among(obstacles.bodies, &surfaces, body),
-            surfaces,
+            rod: rod_among(surfaces, body),
+            surfaces: numbers.into(),
+            unfollowed: others.into(),
             given: free.given(),
             stage: Stage::Free(Box::new(free)),
             events: VecDeque::new(),
@@ -153,6 +202,12 @@ impl<'a> TouchingRun<'a> {
             interrupted: false,
             stopped: false,
         }
+    }
+
+    /// The room of the rod on a sheet with touches.
+    fn room_on(&self, sheet: &'a TouchedSheet) -> RodGap<'a, 2> {
+        let (surfaces, others) = (self.surfaces.clone(), self.unfollowed.clone());
+        touched_rod_gap(sheet, surfaces, others, self.obstacles.bodies, self.body)
     }
 
     fn phase(&self) -> Phase<2> {
@@ -206,7 +261,8 @@ impl<'a> TouchingRun<'a> {
     /// True if the touch of an obstacle, beside others, is followed.
     fn can_touch(&self, obstacle: usize, others: usize) -> bool {
         let slides = self.obstacles.bodies.friction_of(obstacle) == 0.0;
-        self.rod.is_some() && slides && others < MAX_AT_ONCE
+        let follows = self.rod.is_some() && self.surfaces.contains(&obstacle);
+        follows && slides && others < MAX_AT_ONCE
     }
 
     /// The touches beyond a bound; None if the rod is not followed there.
@@ -232,7 +288,7 @@ impl<'a> TouchingRun<'a> {
                 let gone = || Error::no_convergence("the touch that releases was lost");
                 guess.touches.remove(near.ok_or_else(gone)?);
                 if guess.touches.is_empty() {
-                    return Ok(Some(Next::Free(self.free_chart_point()?)));
+                    return Ok(Some(Next::Free(self.released_chart_point()?)));
                 }
                 Ok(Some(Next::Touches(guess)))
             }
@@ -241,7 +297,7 @@ impl<'a> TouchingRun<'a> {
     }
 
     /// The chart point of the elastica in the shape of a rod whose last reaction is zero.
-    fn free_chart_point(&self) -> Result<Vector2<f64>> {
+    fn released_chart_point(&self) -> Result<Vector2<f64>> {
         let lost = || Error::no_convergence("the free rod was not found");
         let Stage::Touched(run) = &self.stage else {
             return Err(lost());
@@ -252,12 +308,7 @@ impl<'a> TouchingRun<'a> {
             .sections(&now.phase.q, &[1.0])
             .ok_or_else(lost)?;
         let end = sections.first().ok_or_else(lost)?;
-        let force = -end.force;
-        let psi = end.shape.theta - force.y.atan2(force.x);
-        let psi = psi.sin().atan2(psi.cos());
-        let near = Equilibrium::from_lambda_kappa(force.norm().sqrt(), (0.5 * psi).sin())?;
-        let near = Vector2::new(near.p, near.w);
-        Ok(invert_near(&Elastica, &now.pose, &near, PLACE)?.q)
+        free_chart_point(&-end.force, end.shape.theta, &now.pose)
     }
 
     /// Hands over to the run on the sheet with the touches of `next`, with the velocity as it is.
@@ -294,7 +345,7 @@ impl<'a> TouchingRun<'a> {
             q: Vector2::zeros(),
             ..phase
         };
-        let rod = touched_rod_gap(sheet, self.surfaces.clone());
+        let rod = self.room_on(sheet);
         let run = Run::taken_over(sheet, body, phase, options, self.hand_over(), rod)?;
         Ok(Stage::Touched(Box::new(run)))
     }
@@ -393,7 +444,7 @@ impl<'a> TouchingRun<'a> {
         let Stage::Touched(run) = &self.stage else {
             return None;
         };
-        let gap = touched_rod_gap(run.manifold, self.surfaces.clone());
+        let gap = self.room_on(run.manifold);
         let least = gap(&run.now().phase, GapBy::Shape);
         (least.gap <= TOUCHES).then_some(least)
     }
@@ -468,6 +519,16 @@ impl<'a> TouchingRun<'a> {
         self.stage = self.on_sheet(sheet, now.phase)?;
         Ok(true)
     }
+}
+
+/// The chart point of the elastica with its end at `pose`, near the equilibrium with this force on the body and this
+/// angle of the tangent at the end.
+fn free_chart_point(force: &Vector2<f64>, angle: f64, pose: &Vector2<f64>) -> Result<Vector2<f64>> {
+    let psi = angle - force.y.atan2(force.x);
+    let psi = psi.sin().atan2(psi.cos());
+    let near = Equilibrium::from_lambda_kappa(force.norm().sqrt(), (0.5 * psi).sin())?;
+    let near = Vector2::new(near.p, near.w);
+    Ok(invert_near(&Elastica, pose, &near, PLACE)?.q)
 }
 
 fn is_collapse(stuck: &Stuck) -> bool {

@@ -1,5 +1,6 @@
 //! Viscoelastic motions boxed behind the trait [`Motion`], so that callers do not compile the generic runs again.
 
+use super::contacts::AroundRod;
 use super::run::{ViscousRun, ViscousStart};
 use crate::{Motion, Options};
 use nalgebra::Isometry3;
@@ -90,41 +91,48 @@ impl FreeStrains {
     }
 }
 
-/// The motion of a mass on a viscoelastic rod in the plane.
+/// The motion of a mass on a viscoelastic rod in the plane, among obstacles if there are any.
 ///
 /// # Errors
-/// As [`ViscousRun::new`].
+/// As [`ViscousRun::new`] and [`ViscousRun::among_obstacles`].
 pub fn in_plane<'a>(
     material: Material<1>,
     body: &'a PointMass<2>,
     start: &ViscousStart<'_, 1, 2>,
+    around: Option<AroundRod<'a>>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
+    let shared = body.is_damped() || body.is_driven() || material.varies_in_time();
     let run = ViscousRun::new(Plane, material, body, start, options)?;
-    Ok(Box::new(run))
+    Ok(Box::new(match around {
+        Some(around) => run.among_obstacles(around, shared)?,
+        None => run,
+    }))
 }
 
 /// The motion of a body at the end of a viscoelastic rod in space, with the kinematics of its strains and its joint.
 /// The start gives all six strains, and the twist of the end (angular velocity first; a ball joint takes the velocity
-/// alone).
+/// alone). Among obstacles if there are any.
 ///
 /// # Errors
-/// As [`ViscousRun::new`].
+/// As [`ViscousRun::new`] and [`ViscousRun::among_obstacles`].
 pub fn in_space<'a>(
     section: Viscoelastic,
     strains: FreeStrains,
     along: AlongRod,
     carried: &'a Mass,
     start: &ViscousStart<'_, 6, 6>,
+    around: Option<AroundRod<'a>>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
-    dispatch(
-        section,
-        along,
-        strains,
-        carried,
-        StartRun { start, options },
-    )
+    let in_time = along.turning.is_some() || along.law_in_time.is_some();
+    let task = StartRun {
+        start,
+        around,
+        shared: in_time || carried.is_damped() || carried.is_driven(),
+        options,
+    };
+    dispatch(section, along, strains, carried, task)
 }
 
 /// A task on a rod in space, generic in the numbers of its strains (M) and of its end velocities (D).
@@ -183,12 +191,14 @@ where
 }
 
 /// The task that begins a run.
-struct StartRun<'s, 'f> {
+struct StartRun<'a, 's, 'f> {
     start: &'s ViscousStart<'f, 6, 6>,
+    around: Option<AroundRod<'a>>,
+    shared: bool,
     options: Options,
 }
 
-impl<'a> InSpace<'a> for StartRun<'_, '_> {
+impl<'a> InSpace<'a> for StartRun<'a, '_, '_> {
     type Output = Box<dyn Motion<'a> + 'a>;
 
     fn with<B, const M: usize, const D: usize>(
@@ -217,6 +227,9 @@ impl<'a> InSpace<'a> for StartRun<'_, '_> {
             &start,
             self.options,
         )?;
-        Ok(Box::new(run))
+        Ok(Box::new(match self.around {
+            Some(around) => run.among_obstacles(around, self.shared)?,
+            None => run,
+        }))
     }
 }

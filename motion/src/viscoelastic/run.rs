@@ -1,8 +1,10 @@
 //! Viscoelastic runs as an iterator, step by step.
 
+use super::contacts::ViscousContacts;
 use super::sample::ViscousSample;
 use super::snap_layer::LayerWatch;
 use crate::adaptive_nodes::AdaptiveNodes;
+use crate::contact::BodyAtEnd;
 use crate::saved_state::{SavedState, outside_step};
 use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
@@ -42,6 +44,11 @@ const FOLLOWS: f64 = 1e-9;
 /// Rounding error of that velocity, relative to the velocities by the stresses alone and by the wrench alone.
 const ROUNDED: f64 = 1e-13;
 
+/// Shortest step to the end of a sequence of bounces, as a part of the duration of the run.
+const SHORTEST: f64 = 1e-14;
+/// Advice where contacts end a run.
+const REMEDY: &str = "change the obstacles, the start or the friction a little";
+
 /// Method of saved states.
 const METHOD: &str = "a rod with friction and without mass";
 
@@ -50,16 +57,18 @@ pub struct ViscousRun<'a, K: Kinematics<M, D>, B, const M: usize, const D: usize
 where
     B: EndBody<D, Pose = K::Pose>,
 {
-    system: ViscousSystem<'a, K, B, M, D>,
-    integrator: Integrator,
-    options: Options,
+    pub(super) system: ViscousSystem<K, BodyAtEnd<'a, B>, M, D>,
+    pub(super) integrator: Integrator,
+    pub(super) options: Options,
+    /// Contacts of the body with obstacles; None without obstacles.
+    pub(super) contacts: Option<ViscousContacts<'a>>,
     watch: LayerWatch,
     /// An event of the last step that is still to be reported.
-    found: Option<Event>,
+    pub(super) found: Option<Event>,
     tail: f64,
     nodes: AdaptiveNodes,
-    first: ViscousSample<K, M, D>,
-    current: ViscousSample<K, M, D>,
+    pub(super) first: ViscousSample<K, M, D>,
+    pub(super) current: ViscousSample<K, M, D>,
     stopped: bool,
     interrupted: bool,
 }
@@ -136,6 +145,7 @@ where
             system,
             integrator,
             options,
+            contacts: None,
             watch,
             found: None,
             tail: 0.0,
@@ -175,14 +185,32 @@ where
             Method::Implicit => self.system.reached(y)?,
             _ => self.system.at(y)?,
         };
-        Some(ViscousSample::new(&self.system, y, configuration, flow))
+        let sample = ViscousSample::new(&self.system, y, configuration, flow);
+        Some(self.with_contacts(sample, y))
+    }
+
+    /// Samples the present state, which has changed.
+    pub(super) fn see(&mut self) {
+        if let Some(current) = self.sample_of(self.integrator.state()) {
+            self.current = current;
+        }
+    }
+
+    fn has_no_contacts(&self) -> Result<()> {
+        match self.contacts {
+            None => Ok(()),
+            Some(_) => Err(Error::domain(
+                "states of a motion among obstacles are neither saved nor restored yet: leave the obstacles out",
+            )),
+        }
     }
 
     /// The state at a time within the last step or at its end.
     ///
     /// # Errors
-    /// A time outside the last step.
+    /// A time outside the last step; a run among obstacles.
     pub fn save(&mut self, t: f64) -> Result<SavedState> {
+        self.has_no_contacts()?;
         let layout = self.system.layout();
         let (y, sample) = if t == self.time() {
             (self.integrator.state().clone(), self.current.clone())
@@ -210,8 +238,9 @@ where
     /// Goes on from a saved state.
     ///
     /// # Errors
-    /// The state of another method or of another rod; strains outside the law's domain.
+    /// The state of another method or of another rod; strains outside the law's domain; a run among obstacles.
     pub fn restore(&mut self, saved: &SavedState) -> Result<()> {
+        self.has_no_contacts()?;
         saved.check(METHOD)?;
         let counts = saved.counts("nodes")?;
         let breaks = self.system.rod.grid.breaks();
@@ -305,7 +334,7 @@ where
     }
 
     /// Ends the run; a layer under way is reported before the stop.
-    fn stop(&mut self, outcome: Outcome) -> Event {
+    pub(super) fn stop(&mut self, outcome: Outcome) -> Event {
         let stop = Event::Stop(outcome);
         let cut = || self.watch.cut(&self.current).map(Event::Layer);
         match self.found.take().or_else(cut) {
@@ -389,6 +418,11 @@ where
         if self.interrupted {
             return self.stop(Outcome::Interrupted);
         }
+        match self.contact_event() {
+            Some(Ok(event)) => return event,
+            Some(Err(why)) => return self.stuck(Cause::Failed(why), REMEDY),
+            None => {}
+        }
         let from = self.time();
         let left = self.options.duration - from;
         if !(left > 1e-14 * self.options.duration) {
@@ -405,6 +439,9 @@ where
         // A break ahead by no more than rounding counts as passed.
         let past = from + 1e-14 * self.options.duration;
         let left = left.min(self.system.next_break(past) - from);
+        let left = left.min((self.end_of_step() - from).max(SHORTEST * self.options.duration));
+        self.look_until();
+        let before = self.acceleration();
         if self.integrator.step(&self.system, left).is_err() {
             let cause = Cause::StepCollapsed {
                 next: self.integrator.next_step(),
@@ -415,11 +452,15 @@ where
                 "the motion is too rough for double precision: raise the tolerance, or the damping",
             );
         }
-        let to = self.time();
-        if let Some(current) = self.sample_of(self.integrator.state()) {
-            self.current = current;
+        if let Err(why) = self.look_for_contact(&before) {
+            return self.stuck(Cause::Failed(why), REMEDY);
         }
-        self.found = self.watch.look(&self.current).map(Event::Layer);
+        let to = self.time();
+        self.see();
+        self.found = self
+            .found
+            .take()
+            .or_else(|| self.watch.look(&self.current).map(Event::Layer));
         if let Err(cause) = self.judge() {
             return self.stuck(
                 cause,
@@ -477,9 +518,8 @@ where
         self.integrator
             .restart(&self.system, y, None)
             .ok_or_else(|| Error::domain("the motion is not defined under the new loads"))?;
-        if let Some(current) = self.sample_of(self.integrator.state()) {
-            self.current = current;
-        }
+        self.settle_contacts()?;
+        self.see();
         Ok(())
     }
 
@@ -556,7 +596,7 @@ fn resolved<'a, K, B, const M: usize, const D: usize>(
     body: &'a B,
     start: &ViscousStart<'_, M, D>,
     options: &Options,
-) -> Result<ViscousSystem<'a, K, B, M, D>>
+) -> Result<ViscousSystem<K, BodyAtEnd<'a, B>, M, D>>
 where
     K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
@@ -626,6 +666,10 @@ where
                     kinematics,
                     material,
                     grid: Arc::new(grid),
+                };
+                let body = BodyAtEnd {
+                    free: body,
+                    contacts: None,
                 };
                 return Ok(ViscousSystem::new(rod, body, Hold::Velocity));
             }

@@ -1,6 +1,7 @@
 //! State of a viscoelastic run at one moment.
 
 use crate::Ledger;
+use crate::contact::ContactSample;
 use nalgebra::{DVector, Vector6};
 use snaprod_systems::body::EndBody;
 use snaprod_systems::viscoelastic::grid::Grid;
@@ -33,12 +34,14 @@ pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
     pub dissipation: Vec<f64>,
     /// Loads per length at the nodes; `None` without a load.
     pub loads: Option<LoadsAtNodes>,
+    /// Contacts of the body; None without obstacles.
+    pub contact: Option<ContactSample>,
 }
 
 impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D> {
     /// The sample of a state of `system` with its shape and flow.
     pub(super) fn new<B: EndBody<D, Pose = K::Pose>>(
-        system: &ViscousSystem<'_, K, B, M, D>,
+        system: &ViscousSystem<K, B, M, D>,
         y: &DVector<f64>,
         configuration: Configuration<K::Shape, M, D>,
         flow: Flow<M, D>,
@@ -60,6 +63,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
             friction: y[time + 1],
             dissipation: system.rod.dissipation(&configuration, &flow),
             loads: system.rod.material.loads_at(system.rod.grid.nodes()),
+            contact: None,
             configuration,
             flow,
             pose,

@@ -22,7 +22,9 @@ from numpy.typing import ArrayLike
 from . import _core
 from ._core import __version__
 from ._errors import ComputationError, Fault, SceneError
+from ._figures import Drawing
 from ._fit import fit
+from ._mjcf import from_mjcf
 from ._results import (
     Branch,
     Elastica,
@@ -36,7 +38,7 @@ from ._results import (
     Run,
     SweepResult,
 )
-from ._scene import Progress, SceneLike, Told, given, numbers, whole
+from ._scene import Progress, SceneLike, Told, fields, given, numbers, whole
 from ._simulation import Simulation, State
 from ._sweep import sweep
 from ._table import Table
@@ -44,6 +46,7 @@ from ._table import Table
 __all__ = [
     "Branch",
     "ComputationError",
+    "Drawing",
     "Elastica",
     "Equilibria",
     "Equilibrium",
@@ -67,6 +70,7 @@ __all__ = [
     "equilibrium",
     "fit",
     "folds",
+    "from_mjcf",
     "memory",
     "modes",
     "run",
@@ -120,6 +124,7 @@ def run(
     state: State | None = None,
     on_sample: Callable[[dict[str, Any]], object] | None = None,
     on_event: Callable[[dict[str, Any]], object] | None = None,
+    by: Sequence[str] = (),
     **set: Any,
 ) -> Run:
     """Runs a scene of motion to its end.
@@ -139,6 +144,9 @@ def run(
         Called with every sample, a dict by the names of the columns.
     on_event : callable, optional
         Called with every event, a dict as in ``run.events``, bounces included. A bar calls neither function.
+    by : sequence of str, optional
+        Fields of the scene by which the motion is differentiated, of a planar elastic rod without friction. The table
+        ``run.tables["derivatives"]`` has those of the samples, ``run.derivatives`` those of the end and of the snaps.
     **set
         Fields to be set in the scene.
 
@@ -169,7 +177,9 @@ def run(
     source = given(scene, set)
     with Told(progress, "snaprod run") as told:
         text = None if state is None else state.to_json()
-        raw = _core.run(source, strain, told.call, text, (on_sample, on_event))
+        if by and state is not None:
+            raise SceneError(["by: derivatives are those of a run from its start: leave out state"])
+        raw = _core.run(source, strain, told.call, text, (on_sample, on_event), fields(by))
     found = Run(raw, source, state)
     if raw["raised"] is not None:
         raw["raised"].run = found
@@ -181,13 +191,15 @@ def run(
     return found
 
 
-def equilibrium(scene: SceneLike, **set: Any) -> Equilibrium:
+def equilibrium(scene: SceneLike, *, by: Sequence[str] = (), **set: Any) -> Equilibrium:
     """Solves a scene of statics, or finds the equilibrium of an assembly.
 
     Parameters
     ----------
     scene : dict, str or path
         A scene with ``end``, or an assembly, which need not be at rest in its scene.
+    by : sequence of str, optional
+        Fields of the scene by which all numbers of the equilibrium are differentiated, as ``"rod.length"``.
     **set
         Fields to be set in the scene.
 
@@ -202,18 +214,25 @@ def equilibrium(scene: SceneLike, **set: Any) -> Equilibrium:
     >>> found = snaprod.equilibrium({"rod": rod, "end": {"couple": [0.0, 1.0, 0.0]}})
     >>> found.index, round(found.summary["energy"], 12)  # half of couple^2 L/B
     (0, 0.5)
+    >>> found = snaprod.equilibrium({"rod": rod, "end": {"couple": [0.0, 1.0, 0.0]}}, by=["rod.length"])
+    >>> round(found.derivatives["rod.length"]["energy"], 9)  # half of couple^2/B
+    0.5
     """
-    raw = _core.equilibrium(given(scene, set))
-    return Equilibrium([Table._of(one) for one in raw["tables"]], raw["summary"])
+    source = given(scene, set)
+    raw = _core.equilibrium(source, fields(by), False)
+    return Equilibrium([Table._of(one) for one in raw["tables"]], raw["summary"], source)
 
 
-def branch(scene: SceneLike, *, progress: Progress = None, **set: Any) -> Branch:
+def branch(scene: SceneLike, *, by: Sequence[str] = (), progress: Progress = None, **set: Any) -> Branch:
     """Follows the branch of a scene with ``continue``, and locates its special points.
 
     Parameters
     ----------
     scene : dict, str or path
         A scene of statics with ``continue``: the parameter and its range.
+    by : sequence of str, optional
+        Fields of the scene by which the parameter is differentiated at folds and branch points. Each special point then
+        has ``derivatives``.
     progress : bool or callable, optional
         As in :func:`run`; the function is called with the parameter reached.
     **set
@@ -231,19 +250,28 @@ def branch(scene: SceneLike, *, progress: Progress = None, **set: Any) -> Branch
     >>> column = snaprod.branch({"rod": rod, "end": {"force": [0.0, 0.0, -1.0]}, "continue": path})
     >>> round(column.special("BP1")["parameter"], 9)  # Euler: pi^2 B/(4 L^2)
     2.4674011
+    >>> scene = {"rod": rod, "end": {"force": [0.0, 0.0, -1.0]}, "continue": path}
+    >>> by_length = snaprod.branch(scene, by=["rod.length"]).special("BP1")["derivatives"]["rod.length"]
+    >>> round(by_length, 7)  # -pi^2 B/(2 L^3)
+    -4.9348022
     """
     source = given(scene, set)
     with Told(progress, "snaprod branch") as told:
-        return Branch(_core.branch(source, told.call))
+        found = Branch(_core.branch(source, fields(by), told.call))
+    found._given = source
+    return found
 
 
-def modes(scene: SceneLike, **set: Any) -> Modes:
+def modes(scene: SceneLike, *, by: Sequence[str] = (), **set: Any) -> Modes:
     """Computes natural frequencies and mode shapes of a scene about its equilibrium.
 
     Parameters
     ----------
     scene : dict, str or path
         A scene of motion, or an assembly.
+    by : sequence of str, optional
+        Fields of the scene by which the angular frequencies are differentiated, for rods in space without mass. The
+        result has ``summary["derivatives"][field]["angular_frequencies"]``.
     **set
         Fields to be set in the scene.
 
@@ -259,8 +287,11 @@ def modes(scene: SceneLike, **set: Any) -> Modes:
     >>> float(round(snaprod.modes(strip).angular_frequency[0], 12))  # sqrt(3 B/(m L^3))
     1.0
     """
-    raw = _core.modes(given(scene, set))
-    return Modes([Table._of(one) for one in raw["tables"]], raw["summary"])
+    source = given(scene, set)
+    raw = _core.modes(source, fields(by))
+    found = Modes([Table._of(one) for one in raw["tables"]], raw["summary"])
+    found._given = source
+    return found
 
 
 def memory(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard, cast
 
 import matplotlib.colors
 import matplotlib.figure
@@ -97,12 +97,28 @@ def _planes(ax: Axes | None, unit: str) -> tuple[Axes, list[tuple[Axes, int, int
     return axes, panels
 
 
+def _is_box(ax: Axes | None) -> TypeGuard[Any]:
+    """True for axes of matplotlib's projection "3d"."""
+    return ax is not None and ax.name == "3d"
+
+
+def _box(ax: Any, unit: str) -> Axes:
+    """Gives the axes of a box of space names and equal scales."""
+    ax.set(**{f"{name}label": f"{name} [{unit}]" if unit else name for name in "xyz"})
+    ax.set_aspect("equal")
+    return cast("Axes", ax)
+
+
 def _shape(result: _results.Equilibrium, ax: Axes | None) -> Axes:
     """Draws rods in space, each in a colour of its own."""
     data = result.data
-    axes, panels = _planes(ax, data.units["x"])
     rods = data["rod"] if "rod" in data else np.zeros(data.rows)
     names = np.unique(rods)
+    if _is_box(ax):
+        for rod in names:
+            ax.plot(*(data[name][rods == rod] for name in "xyz"), label=str(rod))
+        return _box(ax, data.units["x"])
+    axes, panels = _planes(ax, data.units["x"])
     for panel, i, j in panels:
         for rod in names:
             panel.plot(data["xyz"[i]][rods == rod], data["xyz"[j]][rods == rod], label=str(rod))
@@ -123,6 +139,15 @@ def run(result: _results.Run, ax: Axes | None, times: int) -> Axes:
         axes.set(xlabel="X", ylabel=data.label("t"))
         return axes
     prefixes = _rods(data)
+    if _is_box(ax):
+        t = np.linspace(0.0, data["t"][-1], times)
+        rods = result.shape(t, 61)
+        for rod in rods.values() if isinstance(rods, dict) else [rods]:
+            for shape, part in zip(rod, np.linspace(0.0, 1.0, times)):
+                ax.plot(*shape.T, color=matplotlib.colormaps["viridis"](0.9 * part), lw=1.2)
+        for prefix in prefixes:
+            ax.plot(*(data.get(prefix + name, np.zeros(data.rows)) for name in "xyz"), color="0.5", lw=0.7)
+        return _box(ax, data.units[f"{prefixes[0]}x"])
     if _in_space(result):
         axes, panels = _planes(ax, data.units[f"{prefixes[0]}x"])
     else:
@@ -182,8 +207,8 @@ def branch(result: _results.Branch, ax: Axes | None, y: str | None) -> Axes:
 def _measure(result: _results.Branch) -> str:
     """Returns the column that shows most beside the parameter, as in the figure of the program.
 
-    The column is a place that bends away from the parameter. If the ends are held, every place is constant or the
-    parameter itself; the column is then a base couple.
+    The column is the place that tells most branches apart, and of several the one that bends most away from the
+    parameter. If the ends are held, every place is constant or the parameter itself; the column is then a base couple.
     """
     data = result.data
     p, own = data["parameter"], data["branch"] == 0
@@ -198,10 +223,35 @@ def _measure(result: _results.Branch) -> str:
 
     places = [name for name in data if name.rpartition(".")[2] in ("x", "y", "z")]
     couples = [name for name in data if name.rpartition(".")[2] in ("base_mx", "base_my", "base_mz")]
-    best = max(places, key=score)
+    def best(names: list[str]) -> str:
+        widest = max(float(np.ptp(data[name])) for name in names)
+        # A place that hardly moves beside the others does not show the extent of a branch.
+        moving = [name for name in names if np.ptp(data[name]) >= 0.5 * widest]
+        return max(moving, key=lambda name: (_told_apart(result, name, 0.02 * widest), score(name)))
+
+    shown = best(places)
     lengths = (float(np.linalg.norm(np.diff(rod, axis=0), axis=1).sum()) for _, _, rod in result.shapes)
     length = max(lengths, default=0.0)
-    return best if score(best) > 2e-3 * length or not couples else max(couples, key=score)
+    return shown if score(shown) > 2e-3 * length or not couples else best(couples)
+
+
+def _told_apart(result: _results.Branch, name: str, least: float) -> int:
+    """Returns the number of pairs of the first eight branches whose column differs by more than ``least`` somewhere."""
+    data = result.data
+    curves = [(data["parameter"][own], data[name][own]) for own in (data["branch"] == k for k in range(8)) if own.any()]
+
+    def apart(one: tuple[Any, Any], other: tuple[Any, Any]) -> bool:
+        for p, y in list(zip(*one))[:: -(-one[0].size // 64)]:
+            a, b = other[0][:-1], other[0][1:]
+            passes = (np.minimum(a, b) <= p) & (p <= np.maximum(a, b))
+            with np.errstate(invalid="ignore", divide="ignore"):
+                part = np.where(a == b, 0.0, (p - a) / (b - a))[passes]
+            values = other[1][:-1][passes] + part * np.diff(other[1])[passes]
+            if values.size and np.abs(values - y).min() > least:
+                return True
+        return False
+
+    return sum(apart(curves[i], curves[j]) for i in range(len(curves)) for j in range(i))
 
 
 def sweep(result: _results.SweepResult, ax: Axes | None, name: str | None) -> Axes:

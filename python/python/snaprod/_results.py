@@ -5,14 +5,16 @@ from __future__ import annotations
 import html
 import io
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Iterator, KeysView, Mapping, Sequence, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Iterator, KeysView, Mapping, Sequence, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._errors import ComputationError, SceneError
-from ._scene import numbers, same, whole
+from ._figures import Drawing, figure, made
+from ._scene import Given, numbers, same, whole
 from ._simulation import State
 from ._table import Table, plural
 
@@ -117,6 +119,45 @@ class Result:
 
         return _plot.draw(self, ax)
 
+    _command: ClassVar[str] = ""
+    _usual: ClassVar[tuple[str, ...]] = ()
+    _given: Given | None = None
+
+    def _scene(self) -> Given:
+        """Returns the scene, for results that the program can make again."""
+        if not self._command or self._given is None:
+            raise TypeError(f"{type(self).__name__}: the program makes no figures and files of this result; plot() draws it")
+        return self._given
+
+    def figure(self, name: str | None = None, *, width: str | None = None, font: str | None = None) -> Drawing:
+        """Returns a figure of the program, such as ``run.figure("energies")``.
+
+        The program computes the result once more, in a process of its own.
+
+        Parameters
+        ----------
+        name : str, optional
+            The name of the figure, as of the file that the program writes; without it the figure that tells most.
+        width, font : str, optional
+            The width in print and the size of letters: ``width="85mm", font="8pt"``.
+
+        Raises
+        ------
+        ValueError
+            No figure of this name: the message has the names.
+        TypeError
+            A result that is no run, equilibrium, branch or modes.
+
+        Examples
+        --------
+        >>> rod = {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0}
+        >>> strip = {"rod": rod, "body": {"mass": 3.0}, "start": {"rest": "straight"}, "run": {"duration": 1.0}}
+        >>> snaprod.modes(strip).figure(width="85mm").name
+        'modes'
+        """
+        options = [word for key, value in (("--width", width), ("--font", font)) if value for word in (key, value)]
+        return figure(self._scene(), self._command, name, self._usual, options)
+
     def _headline(self) -> str:
         return f"{self.data.rows} rows of {', '.join(self.data)}"
 
@@ -144,12 +185,22 @@ class Result:
         return head + (self._repr_svg_() or "") + self.data._repr_html_()
 
 
+def _kept(text: bytes, path: str | PathLike[str] | None) -> bytes:
+    """Writes a file, if a path is given, and returns what it holds."""
+    if path is not None:
+        Path(path).write_bytes(text)
+    return text
+
+
 class Run(Result):
     """A motion. ``data`` is its trajectory.
 
     Under ``landing = "all"`` ``tables`` also has the trajectories of the branches. A rod with strains of its own also
     has the table ``strain``, a bar the table ``waves``, and a scene with obstacles the table ``contacts``.
     """
+
+    _command = "run"
+    _usual = ("snapshots", "shapes", "waves")
 
     events: list[dict[str, Any]]
     """Snaps, passages, folds and contacts, in the order of time."""
@@ -179,6 +230,36 @@ class Run(Result):
         if self._state is None:
             raise ComputationError(self._unsaved)
         return State(self._state)
+
+    def _scene(self) -> Given:
+        return cast("Given", self._followed())
+
+    def to_html(self, path: str | PathLike[str] | None = None) -> str:
+        """Returns the page that plays the motion, and writes it if a path is given. The motion is followed once more."""
+        page = made(self._scene(), "run", ["--html"]).get("run.html")
+        if page is None:
+            raise ComputationError("the program made no page")
+        return _kept(page, path).decode()
+
+    def to_vtk(self, path: str | PathLike[str]) -> None:
+        """Writes the motion for ParaView and VTK, one file ``.vtkhdf`` with all times of ``run.samples``."""
+        _kept(made(self._scene(), "run", ["--vtk", "--no-figures"])["run.vtkhdf"], path)
+
+    def to_gltf(self, path: str | PathLike[str]) -> None:
+        """Writes the motion as an animation for Blender and browsers, one file ``.glb``."""
+        _kept(made(self._scene(), "run", ["--gltf", "--no-figures"])["run.glb"], path)
+
+    def film(self, path: str | PathLike[str] | None = None) -> Drawing | None:
+        """Returns a film of the motion that notebooks show, or writes it as ``.svg``, ``.gif`` or ``.mp4``.
+
+        A film ``.mp4`` needs the program ffmpeg.
+        """
+        end = "svg" if path is None else Path(path).suffix[1:]
+        made_film = made(self._scene(), "run", ["--no-figures"], end)[f"film.{end}"]
+        if path is None:
+            return Drawing("film", made_film.decode())
+        _kept(made_film, path)
+        return None
 
     def _followed(self) -> Any:
         """Returns the scene, if the motion can be followed once more from its start."""
@@ -242,6 +323,11 @@ class Run(Result):
 
         return _plot.run(self, ax, times)
 
+    @property
+    def derivatives(self) -> dict[str, Any]:
+        """Derivatives by the fields ``by``: for each field ``end`` and, in the order of the snaps, ``events``."""
+        return cast("dict[str, Any]", self.summary.get("derivatives", {}))
+
     def plot_energy(self, ax: Axes | None = None) -> Axes:
         """Draws the energy ledger over time."""
         from . import _plot
@@ -257,6 +343,52 @@ class Run(Result):
 
 class Equilibrium(Result):
     """An equilibrium of a scene of statics. ``data`` is its shape."""
+
+    _command = "equilibrium"
+    _usual = ("equilibrium", "shape")
+
+    def __init__(self, tables: Sequence[Table], summary: Mapping[str, Any], given: Given) -> None:
+        super().__init__(tables, summary)
+        self._given = given
+        self._responses: dict[str, Any] | None = None
+
+    @property
+    def derivatives(self) -> dict[str, Any]:
+        """Derivatives of the numbers of ``summary`` by the fields ``by``: a dict of its layout for each field.
+
+        None stands for a field by which the equilibrium has no derivative; ``summary["no_derivatives"]`` says why.
+        Estimated errors are in ``summary["derivative_errors"]``.
+        """
+        return cast("dict[str, Any]", self.summary.get("derivatives", {}))
+
+    @property
+    def responses(self) -> dict[str, Any]:
+        """Stiffness and compliance of the end, of stations and of bodies. They are computed when first asked for."""
+        if self._responses is None:
+            self._responses = _core.equilibrium(self._given, [], True)["summary"]["responses"]
+        return self._responses
+
+    @property
+    def stiffness(self) -> Array:
+        """The stiffness of the end of one rod, 6 x 6, with its clamp held.
+
+        Its columns are rotations about and displacements along the axes of the world, its rows couples and forces.
+        ComputationError where there is none, as at a fold.
+        """
+        return self._response("stiffness")
+
+    @property
+    def compliance(self) -> Array:
+        """The compliance of the end of one rod, 6 x 6, with its clamp held: the inverse of :attr:`stiffness`."""
+        return self._response("compliance")
+
+    def _response(self, name: str) -> Array:
+        end = self.responses.get("end")
+        if end is None:
+            raise SceneError([f"{name}: an assembly has no single end; see responses['bodies']"])
+        if end[name] is None:
+            raise ComputationError(f"{name}: {end['reason']}")
+        return np.array(end[name])
 
     @property
     def index(self) -> int:
@@ -278,6 +410,9 @@ class Equilibrium(Result):
 
 class Branch(Result):
     """Branches of equilibria. ``data`` has a row for each point and special point."""
+
+    _command = "branch"
+    _usual = ("branch",)
 
     special_points: list[dict[str, Any]]
     """Folds, branch points, Hopf points and changes of stability, located, with bounds of their errors."""
@@ -315,6 +450,10 @@ class Branch(Result):
         """Branches that exist and were not followed. Each entry says where the branch begins, and why it was lost."""
         return list(self.summary["lost"])
 
+    def to_html(self, path: str | PathLike[str] | None = None) -> str:
+        """Returns the page of the branch, and writes it if a path is given. The branch is followed once more."""
+        return _kept(made(self._scene(), "branch", ["--html"])["branch.html"], path).decode()
+
     def plot(self, ax: Axes | None = None, y: str | None = None) -> Axes:
         """Draws a column over the parameter, unstable parts dashed, special points by name.
 
@@ -333,6 +472,9 @@ class Branch(Result):
 
 class Modes(Result):
     """Natural frequencies and mode shapes. ``data`` has a row for each."""
+
+    _command = "modes"
+    _usual = ("modes",)
 
     def _headline(self) -> str:
         return f"{self.data.rows} rows of {', '.join(self.data)}"

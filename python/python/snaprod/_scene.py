@@ -58,6 +58,13 @@ def setting(path: str, value: Any) -> tuple[str, str]:
     return path, _core.toml(path, value)
 
 
+def fields(paths: Sequence[str]) -> list[str]:
+    """Returns the paths of fields as the reader takes them. Two underscores stand for a dot."""
+    if isinstance(paths, str):
+        raise TypeError(f"by: give a sequence of paths, as [{paths!r}]")
+    return [_core.path(path.replace("__", ".")) for path in paths]
+
+
 def same(path: str) -> str:
     """Returns one form of a path for all ways of writing it.
 

@@ -14,6 +14,8 @@ use std::f64::consts::TAU;
 const MOST_NAMES: usize = 8;
 /// Part of the widest component by which branches must differ to look different.
 const APART: f64 = 0.02;
+/// Part of the span of all energies below which energies of branches are close.
+const CLOSE: f64 = 0.3;
 /// Part of the widest component that another component must move to be shown instead.
 const MOVES: f64 = 0.5;
 /// Rotation in radians below which a rotation is not shown.
@@ -234,18 +236,78 @@ pub fn diagram(record: &BranchRecord) -> BranchDiagram {
         Some(_) => "stored energy",
         None => "total potential energy",
     };
-    let energy = Units::label(energy, record.units.energy());
+    let energies = set.points.reals("energy");
+    let (energy, energies) = match less_the_first(set, ps, energies) {
+        Some(less) => (format!("{energy} less that of branch 0"), less),
+        None => (energy.to_owned(), energies.to_vec()),
+    };
+    let energy = Units::label(&energy, record.units.energy());
     BranchDiagram {
         title: String::new(),
-        x_label: record.label(),
+        x_label: in_words(&record.label()),
         x_range: None,
         panels: vec![
             panel("branch", set, measured, ps, &values),
-            panel("branch", set, energy, ps, set.points.reals("energy")),
+            panel("branch", set, energy, ps, &energies),
         ],
         folds: false,
         without_potential: !record.conservative,
     }
+}
+
+/// The label of a parameter with words for the fields that vary most often; other fields keep their path.
+fn in_words(label: &str) -> String {
+    const WORDS: [(&str, &str); 7] = [
+        ("end.rotation.angle", "rotation of the end"),
+        ("end.position.x", "x of the end"),
+        ("end.position.y", "y of the end"),
+        ("end.position.z", "z of the end"),
+        ("end.load", "factor of the end's loads"),
+        ("loads.load", "factor of the loads"),
+        ("loads.gravity", "gravity"),
+    ];
+    let known = WORDS.iter().find_map(|(path, words)| {
+        let rest = label.strip_prefix(path)?;
+        // A longer path is another field.
+        (rest.is_empty() || rest.starts_with(' ')).then(|| format!("{words}{rest}"))
+    });
+    known.unwrap_or_else(|| label.to_owned())
+}
+
+/// Energies less that of the scene's own branch at the same parameter, NaN where it does not go; `None` if the energies
+/// themselves tell the branches apart, or if the own branch passes a parameter twice.
+fn less_the_first(set: &CurveSet, ps: &[f64], energies: &[f64]) -> Option<Vec<f64>> {
+    let numbers = set.numbers();
+    let own = || (0..ps.len()).filter(|i| numbers[*i] == Some(0));
+    let mut first: Vec<(f64, f64)> = own().map(|i| (ps[i], energies[i])).collect();
+    let rises = |pair: &[(f64, f64)]| pair[0].0 <= pair[1].0;
+    if !first.windows(2).all(rises) {
+        first.reverse();
+    }
+    if set.curves.len() < 2 || !first.windows(2).all(rises) {
+        return None;
+    }
+    first.dedup_by(|b, a| a.0 == b.0);
+    // The parabola through three neighbours.
+    let at = |p: f64| {
+        let n = first.len();
+        let k = first.partition_point(|(q, _)| *q < p);
+        let inside = n >= 3 && first[0].0 <= p && p <= first[n - 1].0;
+        let three = inside.then(|| &first[k.clamp(2, n - 1) - 2..][..3])?;
+        let part = |i: usize| {
+            let others = (0..3).filter(|j| *j != i);
+            others
+                .map(|j| (p - three[j].0) / (three[i].0 - three[j].0))
+                .product::<f64>()
+        };
+        Some((0..3).map(|i| three[i].1 * part(i)).sum::<f64>())
+    };
+    let less = ps.iter().zip(energies);
+    let less: Vec<f64> = less
+        .map(|(p, e)| at(*p).map_or(f64::NAN, |own| e - own))
+        .collect();
+    let finite: Vec<f64> = less.iter().copied().filter(|e| e.is_finite()).collect();
+    (span(&finite) < CLOSE * span(energies)).then_some(less)
 }
 
 /// Fold curves: the second parameter over the first.

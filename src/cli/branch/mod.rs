@@ -4,6 +4,7 @@ mod figures;
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{exact, json_text, number, print, print_json};
+use super::first_order::ByArgs;
 use super::output::{Output, OutputArgs};
 use super::page::{Page, PageKind, branch_data, scene_text};
 use super::signals::Signals;
@@ -20,6 +21,8 @@ pub struct BranchArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub output: OutputArgs,
+    #[command(flatten)]
+    pub by: ByArgs,
     /// Write branch.html, a page that shows the shape at every point; it is one file and needs no network.
     #[arg(long)]
     pub html: bool,
@@ -56,13 +59,18 @@ pub(super) const FILES: &[&str] = &[
 pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     let scene = read_equilibrium(&args.scene)?;
     if scene.wall().is_some() {
+        if !args.by.by.is_empty() {
+            return Err(Refusal(format!("--by: {}", study::dispatch::WALL)));
+        }
         return wall::branch(args, &scene);
     }
     let mut wishes = BranchHooks {
         signals: Signals::watched(),
         pictures: if args.html { PICTURES } else { 0 },
     };
-    let record = study::branch(&scene, &mut wishes).map_err(|e| no_start(&args.scene.path, &e))?;
+    let by = args.by.fields(&args.scene)?;
+    let record = study::branch::branch_by(&scene, &by, &mut wishes)
+        .map_err(|e| no_start(&args.scene.path, &e))?;
     let summary = record.summary();
     let directory = args.output.directory(&args.scene, "");
     let out = Output::open(Some(&directory), FILES, args.output.figures)?;
@@ -208,6 +216,18 @@ fn line(text: &mut String, at: &SpecialPoint, conservative: bool) {
     };
     if let Some(fold) = &at.fold {
         let _ = writeln!(text, "      {}", fold.text());
+    }
+    for of in &at.derivatives {
+        let (field, rate) = (&of.field, &of.rate);
+        let _ = match rate {
+            Ok(rate) => writeln!(
+                text,
+                "      derivative by {field}: {} +- {}",
+                number(rate.value),
+                upward(rate.error)
+            ),
+            Err(why) => writeln!(text, "      no derivative by {field}: {why}"),
+        };
     }
 }
 

@@ -29,7 +29,7 @@ function mark(axes, points) {
     g.closePath();
     g.fillStyle = markOf(points[k].kind);
     g.fill();
-    g.strokeStyle = "#fff";
+    g.strokeStyle = PAGE;
     g.lineWidth = 1.2;
     g.stroke();
   });
@@ -108,7 +108,7 @@ class Diagram {
     }
     mark(axes, data.specials.map(({ row, kind, label }) => ({ x: at[row], y: values[row], kind, label: data.specials.length <= 20 ? label : "" })));
     axes.line([at[row], at[row]], axes.y, { colour: FAINT, width: 1 });
-    axes.dot(at[row], values[row], "#000", 6);
+    axes.dot(at[row], values[row], INK, 6);
     axes.end();
   }
 }
@@ -125,9 +125,9 @@ class Shapes {
     this.space = new Space(board, { low, high, labels, ...camera });
     this.half = 0.014 * longest;
     this.directors = false;
-    board.key("rod at the point", { colour: "#3d9be0", width: 6 });
-    board.key("the other side of the rod", { colour: "#f0b264", width: 6 });
-    board.key("neighbours on its branch", { colour: "#5f7890", width: 1.3 });
+    board.key("rod at the point", { colour: FRONT, width: 6 });
+    board.key("the other side of the rod", { colour: BACK, width: 6 });
+    board.key("neighbours on its branch", { colour: GHOSTLY, width: 1.3 });
   }
 
   draw(k) {
@@ -138,14 +138,14 @@ class Shapes {
     const step = Math.max(1, Math.round(rows.length / many / 14));
     rows.forEach((row, i) => {
       if (data.branch[row] !== data.branch[rows[k]] || (i - k) % step || i === k) return;
-      for (const rod of rods) space.line(shape(rod, i), { colour: "#5f7890", width: 1, alpha: Math.max(0.12, 0.5 - 0.06 * Math.abs(i - k) / step) });
+      for (const rod of rods) space.line(smooth(shape(rod, i)), { colour: GHOSTLY, width: 1, alpha: Math.max(0.12, 0.5 - 0.06 * Math.abs(i - k) / step) });
     });
     for (const rod of rods) {
       const points = shape(rod, k);
       space.strip(points, threes(rod.d1, k * rod.sections, rod.sections), this.half, this.directors);
       space.dot(points[0], INK, 5);
     }
-    for (const body of bodies) space.dot(body.at.map((of) => of[k]), "#3d3d3d", 7, 0.01);
+    for (const body of bodies) space.dot(body.at.map((of) => of[k]), BODY, 7, 0.01);
     space.paint();
   }
 }
@@ -173,6 +173,8 @@ document.getElementById("about").textContent =
 const bar = document.createElement("div");
 bar.className = "controls";
 bar.innerHTML = `<div class="scrub"><input type="range" min="0" max="${rows.length - 1}" step="1" value="0" aria-label="point"></div>
+  <span class="steps">${[["[", "|‹", "previous special point"], ["ArrowLeft", "‹", "one point back"], ["ArrowRight", "›", "one point forward"], ["]", "›|", "next special point"]]
+    .map(([act, text, name]) => `<button type="button" data-act="${act}" title="${name}" aria-label="${name}">${text}</button>`).join("")}</span>
   <label><input type="checkbox"> directors</label><div class="status" role="status" aria-live="off"></div>`;
 document.getElementById("stage").append(bar);
 const [slider, box, status] = ["input[type=range]", "input[type=checkbox]", ".status"].map((name) => bar.querySelector(name));
@@ -201,6 +203,16 @@ function show(k) {
 }
 
 const specials = () => data.specials.map((one) => rows.indexOf(one.row)).filter((k) => k >= 0).sort((a, b) => a - b);
+/** What keys and buttons do; steps are so many points. */
+const actions = (by) => ({
+  ArrowLeft: () => show(chosen - by),
+  ArrowRight: () => show(chosen + by),
+  Home: () => show(0),
+  End: () => show(rows.length - 1),
+  "[": () => show(specials().filter((k) => k < chosen).at(-1) ?? 0),
+  "]": () => show(specials().find((k) => k > chosen) ?? rows.length - 1),
+  f: () => directors(!shapes.directors),
+});
 const directors = (on) => {
   shapes.directors = box.checked = on;
   shapes.draw(chosen);
@@ -211,21 +223,14 @@ box.addEventListener("change", () => directors(box.checked));
 turnByKeys([shapes.space]);
 document.addEventListener("keydown", (e) => {
   if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
-  const by = e.shiftKey ? 10 : 1;
-  const actions = {
-    ArrowLeft: () => show(chosen - by),
-    ArrowRight: () => show(chosen + by),
-    Home: () => show(0),
-    End: () => show(rows.length - 1),
-    "[": () => show(specials().filter((k) => k < chosen).at(-1) ?? 0),
-    "]": () => show(specials().find((k) => k > chosen) ?? rows.length - 1),
-    f: () => directors(!shapes.directors),
-  };
-  const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
+  const action = actions(e.shiftKey ? 10 : 1)[e.key.length === 1 ? e.key.toLowerCase() : e.key];
   if (!action) return;
   e.preventDefault();
   action();
 });
+for (const button of bar.querySelectorAll("[data-act]")) button.addEventListener("click", () => actions(1)[button.dataset.act]());
+zoomButtons(shapes.space.board, [shapes.space]);
+keepingButtons(bar, () => status.textContent, () => chosen + 1);
 keys([["← →", "one point back, forward"], ["shift ← →", "ten points"], ["Home End", "first, last point"], ["[ ]", "previous, next special point"], ["F", "directors"], ...TURNING]);
 function fit() {
   show(chosen);

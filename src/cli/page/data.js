@@ -49,6 +49,12 @@ function range(values) {
   return low <= high ? [low, high] : [0, 0];
 }
 
+// A page takes the light or the dark of the system; a change opens it anew.
+const dark = matchMedia("(prefers-color-scheme: dark)");
+dark.addEventListener("change", () => location.reload());
+const shade = (light, night) => (dark.matches ? night : light);
+const PAGE = shade("#ffffff", "#16181b"), INK = shade("#1c1c1c", "#ececec"), FAINT = shade("#8a8a8a", "#8f959c");
+const RULE = shade("#ececec", "#2a2e33"), EDGE = shade("#c4c4c4", "#50565d"), BODY = shade("#3d3d3d", "#d0d4d8"), GHOSTLY = shade("#5f7890", "#7f9bb5");
 // Okabe and Ito: told apart by all kinds of eyes, and by dashes and forms beside.
-const INK = "#1c1c1c", FAINT = "#8a8a8a";
-const BLUE = "#0072b2", ORANGE = "#d55e00", GREEN = "#009e73", PINK = "#cc79a7", SKY = "#56b4e9", AMBER = "#b58900";
+const BLUE = shade("#0072b2", "#4aa3df"), ORANGE = shade("#d55e00", "#ff8a3d"), GREEN = shade("#009e73", "#2bbf95"), PINK = "#cc79a7", SKY = "#56b4e9", AMBER = shade("#b58900", "#d8ac2a");
+const FRONT = "#3d9be0", BACK = "#f0b264", SPINE = shade("#0d3b5e", "#bfe0f7");

@@ -45,7 +45,7 @@ class Panel {
       space.strip(points, threes(rod.d1, 0, rod.sections), 0.014 * longest, directors);
       space.dot(points[0], INK, 4);
     }
-    for (const place of bodies) space.dot(place, "#3d3d3d", 6, 0.01);
+    for (const place of bodies) space.dot(place, BODY, 6, 0.01);
     space.paint();
   }
 }

@@ -82,14 +82,31 @@ impl Page {
         };
         let words = section("Results", &text(&self.words));
         let events = section("Events", &self.event_table());
-        let scene = section("Scene", &text(&self.scene));
+        let scene = match &*text(&self.scene) {
+            "" => String::new(),
+            scene => format!("<details><summary>Scene</summary>{scene}</details>\n"),
+        };
+        let footer = concat!(
+            "<footer>Made by snaprod ",
+            env!("CARGO_PKG_VERSION"),
+            "; shapes and numbers are the program's, drawn to 1/65000 of their range.</footer>\n"
+        );
         let data = script_text(&self.data);
         let scripts = [&SHARED, self.kind.scripts()].concat().join("\n");
         let (page, style) = (include_str!("page.html"), include_str!("page.css"));
-        let parts = [page, style, &words, &events, &scene, &data, &scripts];
+        let parts = [
+            page, style, &words, &events, &scene, footer, &data, &scripts,
+        ];
         let taken: usize = parts.iter().map(|part| part.len()).sum();
         let figures = figures(&self.figures, MOST.saturating_sub(taken));
-        let body = [words, events, section("Figures", &figures), scene].concat();
+        let body = [
+            words,
+            events,
+            section("Figures", &figures),
+            scene,
+            footer.to_owned(),
+        ]
+        .concat();
         // Names alternate with parts of the template; inserted text is not searched again.
         let parts = page.split("@@");
         let filled = parts.enumerate().map(|(k, part)| match (k % 2, part) {

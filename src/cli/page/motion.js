@@ -35,15 +35,34 @@ const upTo = Array.from(data.t, (t, i) => {
 const axes = flat ? ["x", "y"] : ["x", "y", "z"];
 const lengths = axes.map((name) => labelled(name, units.length));
 
+/**
+ * Which points of a series of times are joined to the one before: those that the velocities of both explain. Elsewhere
+ * the motion between two samples is unknown, and the samples are dots.
+ */
+function joins(times, places, velocities) {
+  const spans = places.map((at) => Math.max(...range(at).map(Math.abs), 1e-3 * length));
+  return Array.from(times, (t, k) => k > 0 && places.every((at, i) => {
+    const by = 0.5 * (t - times[k - 1]) * (velocities[i][k] + velocities[i][k - 1]);
+    return Math.abs(at[k] - at[k - 1] - by) < 0.03 * spans[i];
+  }));
+}
+for (const body of bodies) {
+  body.joined = joins(trace, body.way, body.speed);
+  body.seen = joins(data.t, body.at, body.velocity);
+}
+const allJoined = Array.from(trace, (_, k) => bodies.every((body) => body.joined[k]));
+
 /** Section k of a rod in picture i. */
 function section(rod, i, k) {
   const n = axes.length, from = (i * rod.sections + k) * n;
   return Array.from(rod.at.subarray(from, from + n));
 }
 
-/** The rod in picture i, section by section. */
+const sections = (rod, i) => Array.from({ length: rod.sections }, (_, k) => section(rod, i, k));
+
+/** The rod in picture i, as a smooth curve through its sections. */
 function shape(rod, i) {
-  return Array.from({ length: rod.sections }, (_, k) => section(rod, i, k));
+  return smooth(sections(rod, i));
 }
 
 const place = (body, i) => axes.map((_, k) => body.at[k][i]);
@@ -52,8 +71,28 @@ const unit4 = (q) => q.map((x) => x / (Math.hypot(...q) || 1));
 /** The middle of mass of a body, and from it to the middles of three faces. */
 const middle = (body, i) => plus(place3(body, i), 1, turned(turn(body, i), body.offset));
 const place3 = (body, i) => [0, 1, 2].map((k) => body.at[k][i]);
-const edges = (body, i) => [0, 3, 6].map((k) => turned(turn(body, i), body.edges.slice(k, k + 3)));
+// Mass and inertia do not say how large a body is: a box larger than a tenth of the rod is shown smaller, unless the
+// scene gives a solid, or true sizes are wanted.
+let trueSizes = false;
+const reach = (body) => Math.hypot(...body.edges);
+const size = (body) => (trueSizes || body.solid ? 1 : Math.min(1, (0.1 * length) / reach(body)));
+const edges = (body, i) => [0, 3, 6].map((k) => turned(turn(body, i), body.edges.slice(k, k + 3).map((x) => x * size(body))));
 const isPoint = (body) => body.edges.every((x) => x === 0);
+/** Ends of rods that are fixed to a body: there the place in the frame of the body does not change. */
+function fixedTo(body) {
+  const ends = rods.flatMap((rod) => [0, rod.sections - 1].map((k) => ({ rod, k }))).filter(({ rod, k }) => !rod.ground[k ? 1 : 0]);
+  const local = ({ rod, k }, i) => {
+    const [x, y, z = 0] = section(rod, i, k), [a, b, c, w] = turn(body, i);
+    return turned([-a, -b, -c, w], plus([x, y, z], -1, place3(body, i)));
+  };
+  return ends.filter((end) => {
+    const first = local(end, 0);
+    return [0.25, 0.5, 0.75, 1].every((part) => Math.hypot(...plus(local(end, Math.floor(part * (data.t.length - 1))), -1, first)) < 2e-3 * length);
+  });
+}
+const STRUT = { colour: FAINT, width: 1.2 };
+for (const body of bodies) body.ends = isPoint(body) ? [] : fixedTo(body);
+
 /** The corners of the faces of a box, each seen from outside against the clock. */
 const FACES = [0, 1, 2].flatMap((axis) => [1, -1].map((side) => [axis, side]));
 function faces(body, i) {
@@ -68,9 +107,8 @@ function faces(body, i) {
 const bounds = axes.map((_, k) => {
   const of = rods.map((rod) => range(rod.at.filter((_, j) => j % axes.length === k)));
   const bulk = bodies.flatMap((body) => {
-    const reach = Math.hypot(...body.offset) + Math.hypot(...body.edges);
-    const [a, b] = range(body.at[k]);
-    return isPoint(body) ? [[a, b]] : [[a - reach, b + reach]];
+    const far = Math.hypot(...body.offset) + reach(body) * size(body), [a, b] = range(body.at[k]);
+    return isPoint(body) ? [[a, b]] : [[a - far, b + far]];
   });
   const beside = grooves.map((groove) => range(groove[k]));
   return [...of, ...bulk, ...beside].reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
@@ -79,12 +117,12 @@ const bounds = axes.map((_, k) => {
 /** Ends of rods on the ground, which may move. */
 const grounds = rods.flatMap((rod) => [0, rod.sections - 1].map((k, end) => ({ rod, k, joint: rod.ground[end] }))).filter(({ joint }) => joint);
 
-const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: "#5f7890", width: 1.3 }, BODY = "#3d3d3d";
+const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: GHOSTLY, width: 1.3 };
 const BEFORE = { colour: ORANGE, width: 2, dash: [7, 4] }, AFTER = { colour: GREEN, width: 2, dash: [2, 4] };
 const FALL = { colour: ORANGE, width: 1, alpha: 0.45 }, WAY = { colour: PINK, width: 1.6 }, MARKED = { colour: ORANGE, width: 1, alpha: 0.5 };
-const OBSTACLE = { colour: "#8a8a8a", width: 1.4 };
-const CONTACT = { colour: "#b8322a", width: 2.2 };
-const GROOVE = { colour: "#bebebe", width: 4 };
+const OBSTACLE = { colour: FAINT, width: 1.4 };
+const CONTACT = { colour: shade("#b8322a", "#ff6b60"), width: 2.2 };
+const GROOVE = { colour: EDGE, width: 4 };
 const hasFolds = data.place.includes("f"), hasLayers = data.place.includes("y");
 
 /** Pictures whose shapes stand behind that of picture i: some ten from the last second and a half, by what they show. */
@@ -123,7 +161,7 @@ class FlatView {
       at.line(points.map((p) => p[0]), points.map((p) => p[1]), style);
     };
     if (ghosts) for (const [k, alpha] of past(i)) for (const one of rods) rod(one, k, { ...GHOST, alpha });
-    for (const body of bodies) at.line(body.way[0], body.way[1], WAY, 0, upTo[i]);
+    for (const body of bodies) at.line(body.way[0], body.way[1], WAY, 0, upTo[i], (k) => body.joined[k]);
     const snap = ghosts && lastSnap(i);
     if (snap && (snap.fresh || snap.landing === null)) {
       for (const one of rods) {
@@ -167,12 +205,16 @@ class FlatView {
   body(body, i) {
     if (isPoint(body)) return this.axes.dot(body.at[0][i], body.at[1][i], BODY, 8);
     const g = this.axes.g, c = middle(body, i);
+    for (const { rod, k } of body.ends) {
+      const end = section(rod, i, k);
+      this.axes.line([c[0], end[0]], [c[1], end[1]], STRUT);
+    }
     // A body that moves in the plane shows one face, whichever of its axes is across.
     for (const face of faces(body, i)) {
       g.beginPath();
       face.forEach(([x, y], k) => (k ? g.lineTo : g.moveTo).call(g, this.axes.px(x), this.axes.py(y)));
       g.closePath();
-      g.fillStyle = "#6e6e6e";
+      g.fillStyle = "#7d8288";
       g.fill();
       g.strokeStyle = INK;
       g.lineWidth = 1;
@@ -180,6 +222,13 @@ class FlatView {
     }
     this.axes.dot(c[0], c[1], BODY, 3.5);
   }
+}
+
+/** Stretches [from, to) of the first points of a series within which each is joined to the one before. */
+function stretches(joined, count) {
+  const found = [];
+  for (let k = 0; k < count; k++) joined[k] && found.length ? found.at(-1)[1]++ : found.push([k, k + 1]);
+  return found;
 }
 
 /** The rods in space: strips whose sides are told apart, bodies as boxes. */
@@ -197,26 +246,31 @@ class SpaceView {
     space.box();
     for (const groove of grooves) space.line(Array.from(groove[0], (_, k) => groove.map((of) => of[k])), GROOVE);
     for (const line of obstacles) space.line(Array.from(line[0], (_, k) => line.map((of) => of[k])), OBSTACLE);
-    if (ghosts) for (const [k, alpha] of past(i)) for (const rod of rods) space.line(rounded(shape(rod, k)), { ...GHOST, alpha });
+    if (ghosts) for (const [k, alpha] of past(i)) for (const rod of rods) space.line(shape(rod, k), { ...GHOST, alpha });
     for (const body of bodies) {
       // Of a body its middle, which the trace does not tell.
       const way = isPoint(body) ? Array.from({ length: upTo[i] }, (_, k) => body.way.map((of) => of[k])) : Array.from({ length: i + 1 }, (_, k) => middle(body, k));
-      space.line(way, WAY);
+      const joined = isPoint(body) ? body.joined : body.seen;
       // The shadow on the floor tells depth.
-      space.line(way.map(([x, y]) => [x, y, space.low[2]]), { colour: "#cfcfcf", width: 1 });
+      for (const [from, to] of stretches(joined, way.length)) {
+        const part = from + 1 === to ? [way[from], way[from]] : way.slice(from, to);
+        space.line(part, WAY);
+        space.line(part.map(([x, y]) => [x, y, space.low[2]]), { colour: EDGE, width: 1 });
+      }
     }
     const snap = ghosts && lastSnap(i);
     for (const rod of rods) {
       if (snap && (snap.fresh || snap.landing === null)) {
-        for (const k of snap.layer) space.line(rounded(shape(rod, k)), FALL);
-        space.line(rounded(shape(rod, snap.fold)), BEFORE);
-        if (snap.landing !== null) space.line(rounded(shape(rod, snap.landing)), AFTER);
+        for (const k of snap.layer) space.line(shape(rod, k), FALL);
+        space.line(shape(rod, snap.fold), BEFORE);
+        if (snap.landing !== null) space.line(shape(rod, snap.landing), AFTER);
       }
-      space.strip(shape(rod, i), threes(rod.d1, i * rod.sections, rod.sections), this.half, this.directors);
+      space.strip(sections(rod, i), threes(rod.d1, i * rod.sections, rod.sections), this.half, this.directors);
     }
     for (const { rod, k } of grounds) space.dot(section(rod, i, k), INK, 5, 0.02);
     for (const body of bodies) {
-      if (!isPoint(body)) for (const face of faces(body, i)) space.face(face, "#a8a8a8", "#a8a8a8", { rim: 0.4, alpha: 0.6 });
+      for (const { rod, k } of body.ends) space.line([middle(body, i), section(rod, i, k)], STRUT);
+      if (!isPoint(body)) for (const face of faces(body, i)) space.face(face, "#a8a8a8", "#a8a8a8", { alpha: 0.6 });
       space.dot(middle(body, i), BODY, isPoint(body) ? 7 : 3, isPoint(body) ? 0 : 0.02);
     }
     for (const [a, b] of pushes(i)) {
@@ -259,7 +313,7 @@ class EnergyView {
     const at = this.axes;
     at.begin();
     for (const t of data.marks) at.line([t, t], at.y, MARKED);
-    for (const line of this.lines) at.line(trace, line.trace, line.style);
+    for (const line of this.lines) at.line(trace, line.trace, line.style, 0, trace.length, (k) => allJoined[k]);
     at.line([data.t[i], data.t[i]], at.y, { colour: INK, width: 1 });
     for (const { values, style } of this.lines) at.dot(data.t[i], values[i], style.colour, 3.5);
     at.end();
@@ -287,7 +341,7 @@ class PhaseView {
   }
 
   choose({ body, name, k }) {
-    [this.xs, this.vs, this.x, this.v] = [body.way[k], body.speed[k], body.at[k], body.velocity[k]];
+    [this.xs, this.vs, this.x, this.v, this.joined] = [body.way[k], body.speed[k], body.at[k], body.velocity[k], body.joined];
     const of = bodies.length > 1 ? `${body.name}.` : "";
     this.axes = new Axes(this.board, {
       x: wider(range(this.xs)), y: wider(range(this.vs)), xLabel: labelled(of + name, units.length), yLabel: labelled(`${of}v${name}`, units.velocity),
@@ -298,8 +352,9 @@ class PhaseView {
     this.i = i;
     const at = this.axes;
     at.begin();
-    at.line(this.xs, this.vs, { colour: FAINT, width: 1, alpha: 0.7 });
-    at.line(this.xs, this.vs, WAY, upTo[Math.max(0, i - 60)], upTo[i]);
+    const joined = (k) => this.joined[k];
+    at.line(this.xs, this.vs, { colour: FAINT, width: 1, alpha: 0.7 }, 0, this.xs.length, joined);
+    at.line(this.xs, this.vs, WAY, upTo[Math.max(0, i - 60)], upTo[i], joined);
     data.place.split("").forEach((letter, k) => letter === "l" && at.dot(this.x[k], this.v[k], ORANGE, 4));
     at.dot(this.x[i], this.v[i], BODY, 5.5);
     at.end();
@@ -323,8 +378,8 @@ class SheetView {
       this.drawn = null;
       this.draw(this.i);
     };
-    board.key("κ > 0", { colour: "#3d9be0", width: 6 });
-    board.key("κ < 0", { colour: "#f0b264", width: 6 });
+    board.key("κ > 0", { colour: FRONT, width: 6 });
+    board.key("κ < 0", { colour: BACK, width: 6 });
     board.key("path", WAY);
   }
 
@@ -347,7 +402,7 @@ class SheetView {
       g.drawImage(this.picture, 0, 0);
       g.restore();
     }
-    this.space.dot(this.point(i), BODY, 6);
+    this.space.dot(this.point(i), INK, 6, 3);
     this.space.paint();
   }
 
@@ -359,8 +414,8 @@ class SheetView {
       for (let r = 1; r < rows; r++) {
         for (let c = 1; c < columns; c++) {
           const four = [node(r - 1, c - 1), node(r - 1, c), node(r, c), node(r, c - 1)];
-          const colour = k ? "#f0b264" : "#3d9be0";
-          if (four.every((p) => p.every((x) => x === x))) space.face(four, colour, colour, { alpha: 0.82 });
+          const colour = k ? BACK : FRONT;
+          if (four.every((p) => p.every((x) => x === x))) space.face(four, colour, colour);
         }
       }
     });
@@ -369,7 +424,7 @@ class SheetView {
       if (k < data.t.length && data.place[k] !== "l") continue;
       // From landing to fold on the sheet; between them a jump.
       const to = data.place.lastIndexOf("f", k - 1) >= from ? data.place.lastIndexOf("f", k - 1) + 1 : k;
-      space.line(Array.from({ length: to - from }, (_, j) => this.point(from + j)), { colour: "#8f2f6b", width: 2 }, 0.03);
+      space.line(Array.from({ length: to - from }, (_, j) => this.point(from + j)), { colour: shade("#8f2f6b", "#ffd7ee"), width: 2 }, 0.03);
       if (k < data.t.length) space.line([this.point(to - 1), this.point(k)], { colour: INK, width: 1.4, dash: [4, 3] }, 0.03);
       from = k;
     }
@@ -382,11 +437,13 @@ const about = `${data.t.length} frames from t = ${told(data.t[0])} to ${told(dat
 // Of a run of more steps than that curves do not show all.
 const gap = Math.max(...trace.slice(1).map((t, i) => t - trace[i]));
 const sampled = data.steps >= trace.length ? ` Curves have ${trace.length} points, at most ${told(Number(gap.toPrecision(2)))}${time} apart, of the run's ${data.steps} steps; faster changes are not shown.` : "";
-document.getElementById("about").textContent = about + sampled;
+const loose = allJoined.filter((on) => !on).length - 1;
+const dotted = loose > 0.02 * trace.length ? " Where samples are too far apart to be joined, they are dots." : "";
+document.getElementById("about").textContent = about + sampled + dotted;
 let views = [];
 const player = new Player((i) => views.forEach((view) => view.draw(i, player.ghosts)));
 const stage = new Board("motion", "the rods and bodies");
-stage.key(rods.length > 1 ? "rods" : "rod", ROD);
+if (rods.length) stage.key(rods.length > 1 ? "rods" : "rod", ROD);
 stage.key(bodies.length > 1 ? "paths of the bodies" : "path of the body", WAY);
 if (hasFolds) stage.key("before the snap", BEFORE);
 if (hasLayers) stage.key("falling", FALL);
@@ -401,18 +458,15 @@ views.push(new PhaseView(new Board(data.sheet ? "half" : "wide low", "phase plan
 if (data.sheet) views.push(new SheetView(new Board("half", "the sheet of equilibria with the path on it")));
 const spaces = views.map((view) => view.space).filter(Boolean);
 if (!flat) picture.space.changed = () => picture.draw(player.frame, player.ghosts);
-keys([...KEYS, ...(spaces.length ? TURNING : []), ...(flat ? [] : [["F", "directors"]]), ...(hasContacts ? [["C", "contact forces"]] : [])]);
+const hasBoxes = bodies.some((body) => !isPoint(body) && !body.solid && reach(body) > 0.1 * length);
+if (hasBoxes) stage.key("bodies: boxes of their inertia, shown smaller", { colour: "#a8a8a8", width: 6 });
+keys([...KEYS, ...(spaces.length ? TURNING : []), ...(flat ? [] : [["F", "directors"]]), ...(hasContacts ? [["C", "contact forces"]] : []),
+  ...(hasBoxes ? [["B", "true sizes of the boxes"]] : [])]);
 turnByKeys(spaces);
-document.addEventListener("keydown", (e) => {
-  if (!hasContacts || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT" || e.key.toLowerCase() !== "c") return;
-  showsContacts = !showsContacts;
-  player.draw();
-});
-document.addEventListener("keydown", (e) => {
-  if (flat || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT" || e.key.toLowerCase() !== "f") return;
-  picture.directors = !picture.directors;
-  picture.space.changed();
-});
+for (const view of views) if (view.space) zoomButtons(view.space.board, [view.space]);
+if (!flat) player.choice("f", "directors", false, (on) => (picture.directors = on));
+if (hasContacts) player.choice("c", "contact forces", true, (on) => (showsContacts = on));
+if (hasBoxes) player.choice("b", "true sizes", false, (on) => (trueSizes = on));
 function fit() {
   player.mark();
   player.draw();
@@ -424,3 +478,4 @@ player.frame = first ?? 0;
 fit();
 if (first === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);
 window.addEventListener("hashchange", () => player.go(asked(data.t.length) ?? player.frame));
+keepingButtons(player.bar, () => player.status.textContent, () => player.frame + 1);

@@ -33,6 +33,8 @@ pub struct MotionContext<'r> {
     pub marked: &'static str,
     /// First fold of a planar rod, in the world; empty for a moving clamp.
     pub folds: Vec<Curve>,
+    /// Of each body: true if the scene says how large it is.
+    pub sized: Vec<bool>,
 }
 
 /// Data of the page of a motion.
@@ -56,7 +58,7 @@ pub fn motion_data(film: &Film, around: &MotionContext) -> Result<Value> {
         "marked": around.marked,
         "steps": film.steps,
         "rods": rods(stills, header, flat),
-        "bodies": bodies(film, header),
+        "bodies": bodies(film, around),
         "grooves": grooves(film, header),
         "energies": energies(film),
         "trace": quantized(&film.trace.iter().map(|at| at.t).collect::<Vec<_>>()),
@@ -129,7 +131,7 @@ fn rods(stills: &[Still], header: &RunHeader, flat: bool) -> Vec<Value> {
 
 /// Each body: position, rotation and velocity of its frame in all pictures; position and velocity along the trace. Each
 /// component has its own range.
-fn bodies(film: &Film, header: &RunHeader) -> Vec<Value> {
+fn bodies(film: &Film, around: &MotionContext) -> Vec<Value> {
     let body = |(k, RunBody { name, solid, .. }): (usize, &RunBody)| {
         let stills: Vec<&Moment> = film.stills.iter().map(|at| &at.now).collect();
         let trace: Vec<&Moment> = film.trace.iter().collect();
@@ -153,9 +155,10 @@ fn bodies(film: &Film, header: &RunHeader) -> Vec<Value> {
             "speed": three(&trace, velocity),
             "offset": solid.offset.as_slice(),
             "edges": solid.half_edges.as_slice(),
+            "solid": around.sized.get(k) == Some(&true),
         })
     };
-    header.bodies.iter().enumerate().map(body).collect()
+    around.header.bodies.iter().enumerate().map(body).collect()
 }
 
 /// Lines on the obstacles, as far as the motion reaches: two coordinates in the plane, three in space.

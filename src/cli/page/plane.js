@@ -1,11 +1,16 @@
 // Boards to draw on, and axes in the plane.
 
+/** All boards of the page. */
+const BOARDS = [];
+
 /** A figure of the stage: a canvas as sharp as the screen, under a legend. */
 class Board {
   constructor(kind, label) {
     this.figure = document.createElement("figure");
     this.figure.className = `board ${kind}`;
     this.legend = document.createElement("figcaption");
+    this.entries = [];
+    BOARDS.push(this);
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", label);
@@ -39,6 +44,7 @@ class Board {
     entry.innerHTML = `<svg width="26" height="12" aria-hidden="true">${mark}</svg>`;
     entry.append(name);
     this.legend.append(entry);
+    this.entries.push({ name, colour });
   }
 }
 
@@ -133,15 +139,18 @@ class Axes {
 
   rule(x0, y0, x1, y1) {
     const g = this.g;
-    g.strokeStyle = "#ececec";
+    g.strokeStyle = RULE;
     g.beginPath();
     g.moveTo(x0, y0);
     g.lineTo(x1, y1);
     g.stroke();
   }
 
-  /** A line through points from `from` to before `to`; it breaks where there is none. */
-  line(xs, ys, { colour, width = 1.5, dash = [], alpha = 1 }, from = 0, to = xs.length) {
+  /**
+   * A line through points from `from` to before `to`. The line breaks where there is no point; a point that is not
+   * `joined` to the one before it is a dot.
+   */
+  line(xs, ys, { colour, width = 1.5, dash = [], alpha = 1 }, from = 0, to = xs.length, joined = () => true) {
     const g = this.g;
     g.strokeStyle = colour;
     g.lineWidth = width;
@@ -151,7 +160,10 @@ class Axes {
     let on = false;
     for (let i = from; i < to; i++) {
       const known = xs[i] === xs[i] && ys[i] === ys[i];
-      if (known) on ? g.lineTo(this.px(xs[i]), this.py(ys[i])) : g.moveTo(this.px(xs[i]), this.py(ys[i]));
+      const [x, y] = [this.px(xs[i]), this.py(ys[i])];
+      // Round ends make a dot of a line that goes nowhere.
+      if (known && on && joined(i)) g.lineTo(x, y);
+      else if (known) g.moveTo(x, y), on && g.lineTo(x, y);
       on = known;
     }
     g.stroke();
@@ -170,7 +182,7 @@ function dot(g, x, y, colour, radius) {
   g.arc(x, y, radius, 0, 2 * Math.PI);
   g.fillStyle = colour;
   g.fill();
-  g.strokeStyle = "#fff";
+  g.strokeStyle = PAGE;
   g.lineWidth = 1.2;
   g.stroke();
 }
@@ -181,4 +193,66 @@ function keys(list) {
   words.className = "keys";
   words.innerHTML = "Keys: " + list.map(([key, what]) => `${key.split(" ").map((k) => `<kbd>${k}</kbd>`).join(" ")} ${what}`).join("; ") + ".";
   document.getElementById("stage").append(words);
+}
+
+/** All boards as one picture, twice as fine as the page, under a line of words, with the names of their curves. */
+function pictureOf(words) {
+  const boxes = BOARDS.map((board) => board.canvas.getBoundingClientRect()), room = 34, fine = 2;
+  const [left, top] = [Math.min(...boxes.map((b) => b.left)), Math.min(...boxes.map((b) => b.top))];
+  const [right, low] = [Math.max(...boxes.map((b) => b.right)), Math.max(...boxes.map((b) => b.bottom))];
+  const sheet = document.createElement("canvas"), g = sheet.getContext("2d");
+  [sheet.width, sheet.height] = [fine * (right - left + 20), fine * (low - top + room + 28)];
+  g.scale(fine, fine);
+  g.fillStyle = PAGE;
+  g.fillRect(0, 0, sheet.width, sheet.height);
+  g.font = '13px system-ui, "DejaVu Sans", sans-serif';
+  g.fillStyle = INK;
+  g.fillText(`${document.title} · ${words}`, 10, 16);
+  BOARDS.forEach((board, k) => {
+    const [x, y] = [boxes[k].left - left + 10, boxes[k].top - top + room];
+    g.drawImage(board.canvas, x, y, boxes[k].width, boxes[k].height);
+    let at = x + 4;
+    for (const { name, colour } of board.entries) {
+      const wide = g.measureText(name).width + 28;
+      if (at + wide > x + boxes[k].width) break;
+      g.fillStyle = colour;
+      g.fillRect(at, y - 9, 14, 4);
+      g.fillStyle = INK;
+      g.fillText(name, at + 18, y - 3);
+      at += wide;
+    }
+  });
+  return sheet;
+}
+
+/** Buttons of every page: the picture as a file, and the address of what is shown. */
+function keepingButtons(bar, words, number) {
+  const button = (text, title, act) => {
+    const one = document.createElement("button");
+    Object.assign(one, { type: "button", textContent: text, title });
+    one.addEventListener("click", act);
+    bar.insertBefore(one, bar.querySelector(".status"));
+    return one;
+  };
+  button("save picture", "save what is shown as a PNG file", () => {
+    const link = document.createElement("a");
+    link.download = `${document.title.split(" ")[0]}-${number()}.png`;
+    link.href = pictureOf(words()).toDataURL("image/png");
+    link.click();
+  });
+  const copy = button("link", "copy the address that opens what is shown", () => {
+    follow(number());
+    const told = (text) => {
+      copy.textContent = text;
+      setTimeout(() => (copy.textContent = "link"), 2000);
+    };
+    // A page from a disk may not copy; its address bar has the link.
+    const copied = navigator.clipboard?.writeText(location.href) ?? Promise.reject();
+    copied.then(() => told("copied"), () => told("see the address"));
+  });
+}
+
+/** The address follows what is shown. */
+function follow(number) {
+  try { history.replaceState(null, "", `#${number}`); } catch { location.hash = number; }
 }

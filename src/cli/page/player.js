@@ -24,6 +24,7 @@ class Player {
     this.even = false;
     this.ghosts = true;
     this.playing = false;
+    this.choices = new Map();
     this.build();
     document.addEventListener("keydown", (e) => this.key(e));
     requestAnimationFrame((now) => this.tick(now, now));
@@ -43,9 +44,13 @@ class Player {
   build() {
     const bar = document.createElement("div");
     bar.className = "controls";
+    this.bar = bar;
+    const step = (act, text, name) => `<button type="button" data-act="${act}" title="${name}" aria-label="${name}">${text}</button>`;
+    const snaps = (act, text, name) => (this.snaps.length ? step(act, text, name) : "");
     bar.innerHTML = `<button type="button" class="play"></button>
+      <span class="steps">${snaps("[", "|‹", "previous snap")}${step("ArrowLeft", "‹", "one frame back")}${step("ArrowRight", "›", "one frame forward")}${snaps("]", "›|", "next snap")}</span>
       <div class="scrub"><input type="range" min="0" max="${this.count - 1}" step="1" value="0" aria-label="frame"><canvas aria-hidden="true"></canvas></div>
-      <label>speed <select aria-label="speed">${[0.125, 0.25, 0.5, 1, 2, 4, 8].map((s) => `<option${s === 1 ? " selected" : ""}>${s}</option>`).join("")}</select></label>
+      <label>playback speed <select aria-label="playback speed">${[0.125, 0.25, 0.5, 1, 2, 4, 8].map((s) => `<option${s === 1 ? " selected" : ""}>${s}</option>`).join("")}</select></label>
       <label><input type="checkbox" class="even"> even in time</label>
       <label><input type="checkbox" class="ghosts" checked> ghosts</label>
       <div class="status" role="status" aria-live="off"></div>`;
@@ -58,7 +63,22 @@ class Player {
     this.select.addEventListener("change", () => (this.speed = Number(this.select.value)));
     this.evenBox.addEventListener("change", () => (this.even = this.evenBox.checked));
     this.ghostBox.addEventListener("change", () => this.setGhosts(this.ghostBox.checked));
+    for (const button of bar.querySelectorAll("[data-act]")) button.addEventListener("click", () => this.actions(1)[button.dataset.act]());
     this.play(false);
+  }
+
+  /** Adds a box to the bar that turns something on and off, and a key that does the same. */
+  choice(key, name, on, set) {
+    const label = document.createElement("label"), box = document.createElement("input");
+    Object.assign(box, { type: "checkbox", checked: on });
+    label.append(box, ` ${name}`);
+    this.bar.insertBefore(label, this.status);
+    const to = (now) => {
+      set((box.checked = now));
+      this.draw();
+    };
+    box.addEventListener("change", () => to(box.checked));
+    this.choices.set(key, () => to(!box.checked));
   }
 
   setGhosts(on) {
@@ -78,6 +98,7 @@ class Player {
     this.frame = Math.max(0, Math.min(this.count - 1, frame));
     this.stood = 0;
     this.draw();
+    if (!on) follow(this.frame + 1);
   }
 
   draw() {
@@ -123,13 +144,21 @@ class Player {
     const on = e.target, own = on.tagName === "SELECT" || (on.tagName === "INPUT" && on.type === "range" && /^(Arrow|Home|End|Page)/.test(e.key) && !e.shiftKey);
     if (own && on === this.slider && /^Arrow(Up|Down)$/.test(e.key) === false) return;
     if (on.tagName === "SELECT" || ((on.tagName === "BUTTON" || on.type === "checkbox") && e.key === " ")) return;
-    const by = e.shiftKey ? 10 : 1;
+    const name = e.key.length === 1 ? e.key.toLowerCase() : e.key;
+    const action = this.choices.get(name) ?? this.actions(e.shiftKey ? 10 : 1)[name];
+    if (!action) return;
+    e.preventDefault();
+    action();
+  }
+
+  /** What keys and buttons do; steps are so many frames. */
+  actions(by) {
     const speeds = Array.from(this.select.options, (option) => Number(option.value));
     const faster = (k) => {
       this.speed = speeds[Math.max(0, Math.min(speeds.length - 1, speeds.indexOf(this.speed) + k))];
       this.select.value = String(this.speed);
     };
-    const actions = {
+    return {
       " ": () => this.play(!this.playing),
       ArrowLeft: () => this.go(this.frame - by),
       ArrowRight: () => this.go(this.frame + by),
@@ -142,10 +171,6 @@ class Player {
       t: () => (this.even = this.evenBox.checked = !this.even),
       g: () => this.setGhosts(!this.ghosts),
     };
-    const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
-    if (!action) return;
-    e.preventDefault();
-    action();
   }
 
   /** Marks where snaps are below the scrubber. */

@@ -11,6 +11,7 @@ const nodes = data.nodes.map((sheet) => {
   return Object.fromEntries(parts);
 });
 const folds = data.folds.map(({ x, y }) => [reals(x), reals(y)]);
+const FOLDS = shade("#a3142e", "#ff7d92");
 /** "S_1^-" as it is written. */
 const written = (name) => name.replace(/_(\d)/, (_, d) => "₀₁₂₃"[d]).replace(/\^(.)/, (_, s) => (s === "+" ? "⁺" : "⁻"));
 const shown = data.sheets.map(() => true);
@@ -68,13 +69,13 @@ class SheetBox {
           const four = [node(r - 1, c - 1), node(r - 1, c), node(r, c), node(r, c - 1)];
           if (!four.every((p) => p.every((x) => x === x))) continue;
           const face = cut(four, view.bounds[0][1]);
-          if (face.length > 2) space.face(face, COLOURS[k], COLOURS[k], { alpha: 0.85 });
+          if (face.length > 2) space.face(face, COLOURS[k]);
         }
       }
     });
     view.folds.forEach((curves, m) => {
       if (!shown.some((on, k) => on && data.sheets[k].mode === view.modes[m])) return;
-      for (const [x, y, z] of curves) space.line(Array.from(x, (_, i) => [x[i], y[i], z[i]]), { colour: "#a3142e", width: 2 }, 0.02);
+      for (const [x, y, z] of curves) space.line(Array.from(x, (_, i) => [x[i], y[i], z[i]]), { colour: FOLDS, width: 2 }, 0.02);
     });
     space.dot(this.place(nodes[chosen.sheet], chosen.node), INK, 6, 3);
     space.paint();
@@ -92,7 +93,10 @@ class StableView {
     const greys = [[255, 255, 255], [242, 242, 242], [205, 221, 236], [148, 184, 216], [90, 140, 190], [40, 90, 150]];
     for (let row = 0; row < points; row++) {
       for (let column = 0; column < points; column++) {
-        const count = values[row * points + column], k = 4 * ((points - 1 - row) * points + column);
+        // Nodes next to the circle have no count of their own: the next one inside is theirs.
+        const inward = (i) => Math.round((points - 1) * (0.5 + 0.96 * (i / (points - 1) - 0.5)));
+        const own = values[row * points + column], k = 4 * ((points - 1 - row) * points + column);
+        const count = own === 255 ? values[inward(row) * points + inward(column)] : own;
         const [r, g2, b] = count === 255 ? [255, 255, 255] : greys[Math.min(count, greys.length - 1)];
         pixels.data.set([r, g2, b, count === 255 ? 0 : 255], k);
       }
@@ -107,14 +111,19 @@ class StableView {
       board.key(`${count}`, { colour: `rgb(${greys[Math.min(count, greys.length - 1)].join(",")})`, width: 10 });
     }
     board.legend.prepend("stable equilibria with this end position: ");
-    board.key("fold curves", { colour: "#a3142e" });
+    board.key("fold curves", { colour: FOLDS });
   }
 
   draw() {
     const axes = this.axes, g = axes.begin();
     g.imageSmoothingEnabled = false;
+    g.save();
+    g.beginPath();
+    g.arc(axes.px(0), axes.py(0), axes.px(1) - axes.px(0), 0, 2 * Math.PI);
+    g.clip();
     g.drawImage(this.image, axes.px(-1), axes.py(1), axes.px(1) - axes.px(-1), axes.py(-1) - axes.py(1));
-    for (const [x, y] of folds) axes.line(x, y, { colour: "#a3142e", width: 1.2 });
+    g.restore();
+    for (const [x, y] of folds) axes.line(x, y, { colour: FOLDS, width: 1.2 });
     const sheet = nodes[chosen.sheet];
     axes.dot(sheet.x[chosen.node], sheet.y[chosen.node], INK, 6);
     axes.end();
@@ -126,7 +135,7 @@ class RodView {
   constructor(board) {
     this.axes = new Axes(board, { x: [-1.04, 1.04], y: [-1.04, 1.04], xLabel: "x", yLabel: "y", equal: true });
     board.key("rod at the node", { colour: INK, width: 3 });
-    board.key("neighbours on its sheet", { colour: "#5f7890", width: 1.3 });
+    board.key("neighbours on its sheet", { colour: GHOSTLY, width: 1.3 });
     board.key("force on the mass", { colour: PINK, width: 2 });
   }
 
@@ -140,7 +149,7 @@ class RodView {
       axes.line(part(0), part(1), style);
     };
     const row = Math.floor(node / sheet.columns);
-    for (let i = row * sheet.columns; i < (row + 1) * sheet.columns; i++) if (i !== node) rod(i, { colour: "#5f7890", width: 1, alpha: 0.35 });
+    for (let i = row * sheet.columns; i < (row + 1) * sheet.columns; i++) if (i !== node) rod(i, { colour: GHOSTLY, width: 1, alpha: 0.35 });
     rod(node, { colour: INK, width: 3.4 });
     rod(node, { colour: COLOURS[k], width: 2.2 });
     const [x, y, a] = [sheet.x[node], sheet.y[node], sheet.alpha[node]], length = 0.25;
@@ -155,7 +164,7 @@ class RodView {
       g.lineTo(tx + 8 * Math.cos(-a + turn), ty + 8 * Math.sin(-a + turn));
     }
     g.stroke();
-    axes.dot(x, y, "#3d3d3d", 6);
+    axes.dot(x, y, BODY, 6);
     axes.end();
   }
 }
@@ -165,7 +174,7 @@ document.getElementById("about").textContent =
 const bar = document.createElement("div");
 bar.className = "controls";
 bar.innerHTML = data.sheets.map(({ name }, k) => `<label style="border-bottom:4px solid ${COLOURS[k]}"><input type="checkbox" checked> ${written(name)}</label>`).join("")
-  + '<div class="status" role="status" aria-live="off"></div>';
+  + '<span class="steps"></span><div class="status" role="status" aria-live="off"></div>';
 document.getElementById("stage").append(bar);
 bar.querySelectorAll("input").forEach((box, k) => box.addEventListener("change", () => {
   shown[k] = box.checked;
@@ -178,7 +187,7 @@ const boxes = [
 ];
 boxes[0].space.board.legend.append("over the places (x, y) of the end");
 boxes[1].space.board.legend.append("over the size λ² and the direction α of the force");
-for (const box of boxes) box.space.board.key("fold", { colour: "#a3142e" });
+for (const box of boxes) box.space.board.key("fold", { colour: FOLDS });
 const flats = [new RodView(new Board("tall", "the rod at the node"))];
 if (data.map) flats.push(new StableView(new Board("tall", "stable equilibria over the disc")));
 
@@ -194,20 +203,35 @@ function show(at) {
   [...boxes, ...flats].forEach((one) => one.draw());
 }
 
-turnByKeys(boxes.map((box) => box.space));
-document.addEventListener("keydown", (e) => {
-  if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
+/** What keys and buttons do. */
+function actions() {
   const { rows, columns } = nodes[chosen.sheet], row = Math.floor(chosen.node / columns), column = chosen.node % columns;
   const to = (r, c) => show({ ...chosen, node: Math.max(0, Math.min(rows - 1, r)) * columns + Math.max(0, Math.min(columns - 1, c)) });
-  const other = (by) => show({ sheet: (chosen.sheet + by + nodes.length) % nodes.length, node: Math.min(chosen.node, nodes[(chosen.sheet + by + nodes.length) % nodes.length].x.length - 1) });
-  const actions = {
+  const other = (by) => {
+    const sheet = (chosen.sheet + by + nodes.length) % nodes.length;
+    show({ sheet, node: Math.min(chosen.node, nodes[sheet].x.length - 1) });
+  };
+  return {
     ArrowLeft: () => to(row, column - 1), ArrowRight: () => to(row, column + 1), ArrowUp: () => to(row + 1, column), ArrowDown: () => to(row - 1, column),
     "[": () => other(-1), "]": () => other(1),
   };
-  if (!actions[e.key]) return;
+}
+turnByKeys(boxes.map((box) => box.space));
+for (const { space } of boxes) zoomButtons(space.board, [space]);
+document.addEventListener("keydown", (e) => {
+  if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
+  const action = actions()[e.key];
+  if (!action) return;
   e.preventDefault();
-  actions[e.key]();
+  action();
 });
+for (const [act, text, name] of [["ArrowLeft", "‹", "back along the load"], ["ArrowRight", "›", "forward along the load"], ["ArrowDown", "⌄", "down across the load"], ["ArrowUp", "⌃", "up across the load"]]) {
+  const button = document.createElement("button");
+  Object.assign(button, { type: "button", textContent: text, title: name });
+  button.setAttribute("aria-label", name);
+  button.addEventListener("click", () => actions()[act]());
+  bar.querySelector(".steps").append(button);
+}
 keys([["← →", "along the load"], ["↑ ↓", "across it"], ["[ ]", "previous, next sheet"], ...TURNING]);
 window.addEventListener("resize", () => show(chosen));
 const first = nodes[0];

@@ -7,7 +7,7 @@ use super::equilibrium_tolerance;
 use super::first_order_mass::first_order_rod;
 use super::in_space::turning_in_units;
 use super::loads::{acting_on, point_mass};
-use super::obstacles::{HittingBody, Obstacles};
+use super::obstacles::{HittingBody, Obstacles, of_heavy_rods};
 use super::rod::rotation;
 use crate::assembly::{
     Assembly, AssemblyEquilibrium, Attachment, Body, BodyMotion, Configuration, FreeRod, Guide,
@@ -122,6 +122,10 @@ impl AssemblySetup {
         let gravity = scene.loads.gravity;
         let pull = gravity.map(|g| scales.inward(Quantity::Acceleration, g));
         let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers(pull)?)?;
+        let heavy = match (heavy, of_heavy_rods(scene, &Isometry3::identity())?) {
+            (Some(heavy), Some(obstacles)) => Some(heavy.among(obstacles)),
+            (heavy, _) => heavy,
+        };
         let falls = heavy.is_some() && given.floats();
         let unloaded = matches!(scene.start.place, Shape::Rest { .. });
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
@@ -294,7 +298,7 @@ impl AssemblySetup {
             shape: body.shape,
             name: format!("body {:?}", body.name),
         });
-        let obstacles = if scene.is_motion() && scene.has_contact() {
+        let obstacles = if scene.is_motion() && scene.has_contact() && heavy.is_none() {
             Some(Obstacles::new(scene, hitting)?)
         } else {
             None

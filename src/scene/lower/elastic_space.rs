@@ -2,7 +2,7 @@
 
 use super::first_order_mass::first_order_rod;
 use super::in_space::{SpaceField, SpaceStart, equilibrium_field, in_world, joint_of};
-use super::obstacles::{HittingBody, Obstacles};
+use super::obstacles::Obstacles;
 use super::{ModelKind, MotionModel};
 use crate::assembly::{
     Assembly, Attachment, Body, BodyMotion as Held, Configuration, Joint, LightRod, Link,
@@ -84,11 +84,10 @@ impl ElasticSpace {
                 ));
             }
         };
-        let obstacles = !scene.obstacles.is_empty();
         let moved = common.support().is_some_and(|support| {
             common.along().turning.is_some() || support.turns() && common.bears_load()
         });
-        let in_world = if obstacles || moved {
+        let in_world = if !scene.obstacles.is_empty() || moved {
             let clamp = match common.support() {
                 Some(support) => WorldClamp::Moving(support.clone()),
                 None => WorldClamp::Standing(common.clamp(0.0).pose()),
@@ -97,21 +96,10 @@ impl ElasticSpace {
         } else {
             None
         };
-        let obstacles = match in_world.as_ref().filter(|_| obstacles) {
-            Some((mass, _)) => {
-                let body = HittingBody {
-                    mass: mass.clone(),
-                    shape: scene.body()?.shape,
-                    name: "the body".to_owned(),
-                };
-                Some(Obstacles::new(scene, [body])?)
-            }
-            None => None,
-        };
         let mut model = Self {
             in_time: scene.rod.law_in_time(measures)?,
             in_world,
-            obstacles,
+            obstacles: Obstacles::of_end_body(scene)?,
             light: first_order_rod(&scene.rod, &scene.scales()?)?,
             rod: (common.rod.measured(measures)).with_mass_along(scene.rod.mass_along()),
             chart,

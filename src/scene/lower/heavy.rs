@@ -4,6 +4,7 @@ use super::clamp::{self, start_context};
 use super::grooved;
 use super::in_space::{FREE_END, SpaceField, SpaceStart, turning_in_units};
 use super::loads::point_mass;
+use super::obstacles::of_heavy_rods;
 use super::planar::start;
 use super::viscous::CurvatureField;
 use super::{ModelKind, MotionModel};
@@ -13,6 +14,7 @@ use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::HeavyAssembly;
 use crate::full_mass::frames::Curve;
 use crate::full_mass::law::Law;
+use crate::full_mass::obstacles::ObstaclesOfRods;
 use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::math::se3::join;
 use crate::motion::full_mass::{EndVelocity, HeavyStart, RodStart, StrainAt, heavy_motion};
@@ -44,6 +46,8 @@ pub struct HeavyPlane {
     rides: bool,
     /// Velocity of the end.
     pub velocity: EndVelocity,
+    /// Obstacles, if there are any.
+    obstacles: Option<ObstaclesOfRods>,
     words: String,
 }
 
@@ -64,6 +68,8 @@ pub struct HeavySpace {
     pub free: bool,
     /// True for an unloaded rod that starts without strain rates on a moving clamp.
     rides: bool,
+    /// Obstacles, if there are any.
+    obstacles: Option<ObstaclesOfRods>,
     /// Velocity of the end.
     velocity: EndVelocity,
 }
@@ -193,8 +199,22 @@ impl HeavyPlane {
             settled,
             rides: rides(&scene.start),
             velocity: clamp::end_velocity(support.as_ref(), &given_velocity, &plain),
+            obstacles: of_heavy_rods(scene, &standing_clamp(support.as_ref()))?,
             words,
         })
+    }
+}
+
+/// The place of a clamp at the start of a motion.
+fn standing_clamp(support: Option<&Support<3>>) -> Isometry3<f64> {
+    support.map_or_else(Isometry3::identity, |support| support.at(0.0).pose())
+}
+
+/// The rods among obstacles, if there are any.
+fn among(rods: HeavyAssembly, obstacles: Option<&ObstaclesOfRods>) -> HeavyAssembly {
+    match obstacles {
+        Some(obstacles) => rods.among(obstacles.clone()),
+        None => rods,
     }
 }
 
@@ -204,7 +224,8 @@ impl HeavyPlane {
     /// # Errors
     /// As [`HeavyRod::new`].
     pub fn assembly(&self) -> Result<HeavyAssembly> {
-        HeavyAssembly::of_rod(HeavyRod::coarse(self.given.clone())?)
+        let alone = HeavyAssembly::of_rod(HeavyRod::coarse(self.given.clone())?)?;
+        Ok(among(alone, self.obstacles.as_ref()))
     }
 
     /// Start of [`HeavyPlane::assembly`].
@@ -352,6 +373,7 @@ impl HeavySpace {
             free: scene.clamp.free,
             rides: rides(&scene.start),
             velocity: clamp::end_velocity(support.as_ref(), &velocity, &plain),
+            obstacles: of_heavy_rods(scene, &common.clamp(0.0).pose())?,
             common,
         })
     }
@@ -362,11 +384,12 @@ impl HeavySpace {
     /// As [`HeavyRod::new`].
     pub fn assembly(&self) -> Result<HeavyAssembly> {
         let rod = || HeavyRod::coarse(self.given.clone());
-        match &self.common.groove {
+        let alone = match &self.common.groove {
             None if self.free => HeavyAssembly::of_free_rod(rod()?),
             None => HeavyAssembly::of_rod(rod()?),
             Some(groove) => self.grooved(groove),
-        }
+        };
+        Ok(among(alone?, self.obstacles.as_ref()))
     }
 
     /// Start of [`HeavySpace::assembly`].

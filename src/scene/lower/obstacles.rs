@@ -1,12 +1,15 @@
 //! The obstacles of a scene of motion, and its bodies as obstacles see them, in units of the rod.
 
 use super::clamp::{moving_support, out_of_plane};
+use super::in_space::in_world;
 use crate::body::{Mass, PointMass};
 use crate::contact::{MovingObstacle, PlacedShape, Shape, SurfacePair};
 use crate::error::{Error, Message, Quantity, Result};
+use crate::full_mass::obstacles::{BallOnBody, Bearer, ObstaclesOfRods, RoundSurface};
 use crate::motion::AmongObstacles;
 use crate::motion::contact::{Bodies, Partner};
-use crate::scene::{BodyShape, Obstacle, RodsInContact, Scales, Scene};
+use crate::motion::viscoelastic::AroundRod;
+use crate::scene::{BodyShape, Joint, Obstacle, Rod, RodsInContact, Scales, Scene};
 use nalgebra::{Isometry3, Vector3};
 
 /// Normal speed after an impact below which bounces are summed up, in units of the rod.
@@ -52,6 +55,22 @@ impl Obstacles {
         }
         let body = HittingBody {
             mass: Mass::Point(PointMass::new(1.0)?),
+            shape: scene.body()?.shape,
+            name: "the body".to_owned(),
+        };
+        Self::new(scene, [body]).map(Some)
+    }
+
+    /// The obstacles of a scene of one rod in space, with the body at its end; `None` without obstacles.
+    ///
+    /// # Errors
+    /// As [`Obstacles::new`].
+    pub(super) fn of_end_body(scene: &Scene) -> Result<Option<Self>> {
+        if scene.obstacles.is_empty() {
+            return Ok(None);
+        }
+        let body = HittingBody {
+            mass: in_world(&scene.dimensionless()?)?,
             shape: scene.body()?.shape,
             name: "the body".to_owned(),
         };
@@ -190,6 +209,15 @@ impl Obstacles {
             rod_touches: self.rods == RodsInContact::All,
         }
     }
+
+    /// The obstacles about a rod with friction on a clamp that stands, all in units of the rod.
+    pub(super) fn around(&self, clamp: Isometry3<f64>, diameter: f64) -> AroundRod<'_> {
+        AroundRod {
+            obstacles: self.among(),
+            clamp,
+            diameter,
+        }
+    }
 }
 
 /// An obstacle with its motion, in units of the rod.
@@ -206,4 +234,129 @@ fn moving(obstacle: &Obstacle, scales: &Scales) -> Result<MovingObstacle> {
     let place = Isometry3::translation(middle.x, middle.y, middle.z);
     let support = moving_support(&place, &motion).map_err(named)?;
     Ok(MovingObstacle::carried(seen, support))
+}
+
+/// Displacement of sticking surfaces, over the width of the barrier.
+const STICK: f64 = 1e-2;
+/// Least displacement of sticking surfaces, over the tolerance of the run. Steps leave errors of that size: with less,
+/// anchors follow the errors, and what sticks creeps.
+const HOLDS: f64 = 0.1;
+/// Mass of a body that stands for none, over the unit of mass.
+const NO_MASS: f64 = 1e-6;
+
+/// The obstacles of rods with all of their mass in units of the rod, seen from a motion in `frame`; `None` without.
+///
+/// # Errors
+/// A number that overflows in units of the rod; a body that is neither a point nor a ball; surfaces that would creep.
+pub(super) fn of_heavy_rods(
+    scene: &Scene,
+    frame: &Isometry3<f64>,
+) -> Result<Option<ObstaclesOfRods>> {
+    let Some(gap) = scene.barrier_gap() else {
+        return Ok(None);
+    };
+    let (scales, rules) = (scene.scales()?, &scene.contact);
+    let (body_names, rod_names) = scene.names_in_contact();
+    let rods = scene.every_rod();
+    // The coefficients of friction of something of this name; `None` for obstacles that are passed through.
+    let friction = |name: &String| -> Vec<Option<f64>> {
+        let each = scene.obstacles.iter().map(|obstacle| {
+            let pair = rules.pairs.iter().find(|pair| {
+                let [a, b] = &pair.between;
+                (a == name && *b == obstacle.name) || (b == name && *a == obstacle.name)
+            });
+            let named = obstacle.touches.as_ref();
+            let touches = named.is_none_or(|named| named.contains(name));
+            let own = pair.and_then(|pair| pair.friction).or(obstacle.friction);
+            (touches && pair.is_none_or(|pair| !pair.apart))
+                .then_some(own.unwrap_or(rules.friction))
+        });
+        each.collect()
+    };
+    let of_rod = |(name, rod): (&String, &&Rod)| {
+        // The centreline touches in the plane, but for a contact diameter.
+        let diameter = if scene.is_planar() {
+            rod.contact_diameter
+        } else {
+            rod.thickness()
+        };
+        RoundSurface {
+            radius: scales.inward(Quantity::Length, 0.5 * diameter.unwrap_or(0.0)),
+            friction: match rules.rods {
+                RodsInContact::All => friction(name),
+                RodsInContact::None => vec![None; scene.obstacles.len()],
+            },
+        }
+    };
+    let ball =
+        |name: &String, mass: f64, shape: Option<BodyShape>, on: Bearer, centre: [f64; 3]| {
+            let radius = match shape {
+                Some(BodyShape::Ball(diameter)) => 0.5 * diameter,
+                _ => 0.0,
+            };
+            BallOnBody {
+                on,
+                centre: Vector3::from(centre) / scales.length,
+                mass: scales.inward(Quantity::Mass, mass),
+                surface: RoundSurface {
+                    radius: radius / scales.length,
+                    friction: friction(name),
+                },
+            }
+        };
+    let balls: Vec<BallOnBody> = match scene.assembly() {
+        Some(given) => {
+            let bodies = given.bodies.iter().zip(&body_names).enumerate();
+            let bodies = bodies.map(|(k, (body, name))| {
+                let centre = body
+                    .extent
+                    .as_ref()
+                    .map_or([0.0; 3], |extent| extent.offset);
+                ball(name, body.mass, body.shape, Bearer::Listed(k), centre)
+            });
+            bodies.collect()
+        }
+        None => {
+            let bodies = scene.body.iter().zip(&body_names);
+            let bodies = bodies.map(|(body, name)| {
+                let centre = match &body.joint {
+                    Joint::Weld { offset, .. } => *offset,
+                    Joint::Ball => [0.0; 3],
+                };
+                ball(name, body.mass, body.shape, Bearer::EndOf(0), centre)
+            });
+            bodies.collect()
+        }
+    };
+    let lengths = rods
+        .iter()
+        .map(|rod| scales.inward(Quantity::Length, rod.length));
+    let shortest = lengths.fold(f64::INFINITY, f64::min);
+    let gap = gap * shortest;
+    let tolerance = scene.run()?.tolerance;
+    let holds = HOLDS * tolerance;
+    if let Some(stick) = rules.stick.filter(|stick| *stick < holds) {
+        return Err(Error::domain(format!(
+            "contact.stick = {stick:e} must be a tenth of run.tolerance = {tolerance:e} at least, or what sticks creeps"
+        )));
+    }
+    let obstacles = scene.obstacles.iter().map(|obstacle| {
+        let standing = obstacle.in_units(scales.length);
+        let named = |e: Error| e.context(format!("obstacle {:?}", obstacle.name));
+        Ok(standing.map_err(named)?.seen_from(frame))
+    });
+    let made = ObstaclesOfRods {
+        obstacles: obstacles.collect::<Result<_>>()?,
+        frame: *frame,
+        rods: rod_names.iter().zip(&rods).map(of_rod).collect(),
+        balls: balls
+            .into_iter()
+            .filter(|ball| ball.mass > NO_MASS)
+            .collect(),
+        gap,
+        stick: (rules.stick).map_or((STICK * gap).max(holds * shortest), |stick| {
+            stick * shortest
+        }),
+    };
+    made.checked(shortest).map(Some)
 }

@@ -31,7 +31,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::planar_in_space`].
-    pub(in crate::scene) fn bearing_in_plane(&self) -> Result<Option<Self>> {
+    pub(crate) fn bearing_in_plane(&self) -> Result<Option<Self>> {
         let elastic = self.is_planar() && self.rod.damping.is_none();
         if elastic && (self.light_load()?.is_some() || self.light_turning_loads()?.is_some()) {
             self.planar_in_space().map(Some)

@@ -1,9 +1,10 @@
 //! A viscoelastic rod in space, made from a scene of motion.
 
 use super::in_space::{SpaceField, SpaceStart};
+use super::obstacles::Obstacles;
 use super::{ModelKind, MotionModel};
 use crate::body::Frame;
-use crate::error::Result;
+use crate::error::{Quantity, Result};
 use crate::motion::reduction::{ReducedStart, Reduction, Refusal};
 use crate::motion::viscoelastic::{AlongRod, FreeStrains, ViscousStart, in_space};
 use crate::motion::{Motion, Options};
@@ -24,6 +25,10 @@ pub struct ViscousSpace {
     pub relaxed: Option<SpaceField>,
     /// Elastic law that varies in time.
     in_time: Option<LawInTime>,
+    /// Obstacles that the body hits.
+    obstacles: Option<Obstacles>,
+    /// Contact diameter of the rod, in units of the rod.
+    diameter: f64,
 }
 
 impl Scene {
@@ -53,6 +58,9 @@ impl ViscousSpace {
             section,
             relaxed: common.relaxed(scene),
             in_time: scene.rod.law_in_time(scene.scales()?.measures())?,
+            obstacles: Obstacles::of_end_body(scene)?,
+            diameter: (common.scales)
+                .inward(Quantity::Length, scene.rod.thickness().unwrap_or(0.0)),
             common,
         })
     }
@@ -84,7 +92,9 @@ impl MotionModel for ViscousSpace {
             law_in_time: self.in_time.clone(),
         };
         let body = &self.common.carried;
-        in_space(section, self.strains, along, body, &start, options)
+        let clamp = self.common.clamp(0.0).pose();
+        let around = (self.obstacles.as_ref()).map(|all| all.around(clamp, self.diameter));
+        in_space(section, self.strains, along, body, &start, around, options)
             .map_err(|e| e.context(self.common.words.as_str()))
     }
 

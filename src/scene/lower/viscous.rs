@@ -2,6 +2,7 @@
 
 use super::clamp::{self, ClampFrame};
 use super::in_space::SpaceField;
+use super::obstacles::Obstacles;
 use super::planar::{body, load_on_fixed_clamp, start};
 use super::{ElasticSpace, ModelKind, MotionModel};
 use crate::body::{Frame, PointMass};
@@ -30,6 +31,8 @@ pub struct ViscousPlane {
     pub relaxed: Option<CurvatureField>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
+    /// Obstacles that the body hits.
+    obstacles: Option<Obstacles>,
     /// Context of messages about the start.
     words: String,
 }
@@ -154,6 +157,7 @@ impl ViscousPlane {
             strain,
             relaxed,
             velocity,
+            obstacles: Obstacles::of_point_mass(scene)?,
             words,
         })
     }
@@ -184,7 +188,9 @@ impl MotionModel for ViscousPlane {
             relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<1>),
             velocity: self.velocity,
         };
-        in_plane(self.material.clone(), &self.body, &start, options)
+        let clamp = self.clamp(0.0).pose();
+        let around = (self.obstacles.as_ref()).map(|all| all.around(clamp, 0.0));
+        in_plane(self.material.clone(), &self.body, &start, around, options)
             .map_err(|e| e.context(self.words.as_str()))
     }
 

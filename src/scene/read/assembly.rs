@@ -6,7 +6,7 @@ use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, 
 use super::groove::groove;
 use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::{load, loads, spread};
-use super::obstacle::{CONTACT, body_shape, can_be_followed, contact, obstacles};
+use super::obstacle::{CONTACT, body_shape, can_be_followed, choose_tolerance, contact, obstacles};
 use super::plane::{lies_in_plane, lift};
 use super::ranges::MOMENT;
 use super::reader::Reader;
@@ -157,8 +157,12 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
             }
         }
     }
-    if motion {
+    if motion && given.is_heavy() {
         given.fill_massless();
+    } else if motion && !given.bodies.iter().any(|body| !body.is_massless()) {
+        let hint = "rods without mass move with heavy bodies: give one [[body]] a mass, or the rods a mass and inertia = \"full\"";
+        let allowed = "of one [[body]] at least: a finite number > 0";
+        return top.refuse(FaultKind::Conflict, "body", allowed, hint);
     }
     let held = given.rods.iter().map(|rod| (&rod.name, &rod.rod));
     let free = given.free.iter().map(|rod| (&rod.name, &rod.rod));
@@ -228,6 +232,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         }
     }
     scene.choose_inertia();
+    choose_tolerance(top, &mut scene);
     (can_be_built(top, &tables, &scene) && can_be_followed(top, &scene)).then_some(scene)
 }
 
@@ -335,10 +340,10 @@ fn names(tables: &[Table], of: &str) -> Vec<Option<String>> {
     names
 }
 
-/// True for a node: a body without mass and inertia, at rest or where all rods have their mass.
+/// True for a node: a body without mass and inertia. In a motion of light rods the mass 0 must be given.
 fn is_node(table: &Table, motion: bool, full: bool) -> bool {
-    let massless = !table.has("mass") || is_massless(table);
-    massless && !has_extent(table) && (!motion || full)
+    let left_out = !table.has("mass") && (!motion || full);
+    (left_out || is_massless(table)) && !has_extent(table)
 }
 
 /// True for a point mass.
@@ -404,15 +409,31 @@ fn body(table: &Table, name: Option<String>, motion: bool, full: bool) -> Option
         }
     }
     if mass == Some(0.0) && !is_node {
-        let hint = "without mass its rods hold nothing: give it a mass, or all rods inertia = \"full\" and a mass of their own";
-        if has_extent(table) {
-            refuse(
-                &["inertia", "solid"],
-                "left out of a body without mass",
-                "a body of mass 0 is a node of the rods that it joins: give it a mass, or leave this out",
-            );
-        } else {
-            refuse(&["mass"], "a finite number > 0 here", hint);
+        refuse(
+            &["inertia", "solid"],
+            "left out of a body without mass",
+            "a body of mass 0 is a node of the rods that it joins: give it a mass, or leave this out",
+        );
+    }
+    if is_node && motion && !full {
+        let hint = "a node among rods without mass stands where they balance: only a body with a mass has a motion and drag of its own";
+        refuse(
+            &[
+                "velocity",
+                "angular_velocity",
+                "drag",
+                "rotational_drag",
+                "position",
+            ],
+            "left out of a node",
+            hint,
+        );
+        for (name, load) in [("force", &force), ("couple", &couple)] {
+            let varies = |load: &Load| load.in_time().iter().any(Force::varies);
+            if load.as_ref().is_some_and(varies) {
+                let hint = "a load in time needs a body that moves: give this body a small mass and inertia";
+                refuse(&[name], "constant on a node of rods without mass", hint);
+            }
         }
     }
     if is_node {

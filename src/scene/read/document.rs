@@ -1,7 +1,8 @@
 //! Documents generated from the tables of fields: a JSON Schema for editors, and a reference in Markdown.
 
 use super::fields::{
-    ASSEMBLY, BAR, Field, Form, Kinds, MEMBRANES, Need, PLANE, SPACE, STATICS, Spec, TOP, TUBES,
+    ASSEMBLY, BAR, FLOWS, Field, Form, Kinds, MEMBRANES, Need, PLANE, SPACE, STATICS, Spec, TOP,
+    TUBES,
 };
 use super::phrases::listed;
 use crate::scene::{Scene, SceneKind, WallScene};
@@ -120,8 +121,8 @@ pub fn reference() -> String {
          The content decides the kind of a scene. `rod.model = \"elastica\"` lies in the plane, `\"cosserat\"` in space. A scene\n\
          with `[body]` and `[run]` is a motion, one with `[end]` is a scene of statics. The column *in* says which kinds have a\n\
          field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies; B, bars with mass in\n\
-         longitudinal motion, `rod.model = \"bar\"`; T, sections of tubes, `[tube]` in place of `[rod]`; I, inflated membranes,\n\
-         `[membrane]`.\n\n\
+         longitudinal motion, `rod.model = \"bar\"`; T, sections of tubes, `[tube]` in place of `[rod]`; F, flows in\n\
+         tubes, `[tube]` with `[run]`; I, inflated membranes, `[membrane]`.\n\n\
          Tables `[[rod]]` and `[[body]]`, with two brackets, make an assembly: several rods and bodies in space. Each rod joins\n\
          two places, on bodies or on the ground; in a motion one of them is on a body. An assembly is at rest or, with `[run]`,\n\
          in motion. `[[rod]]` has the fields of `[rod]`, and also name, from and to.\n\n\
@@ -227,6 +228,7 @@ impl Scene {
     pub(super) fn kind_of_fields(&self) -> Kinds {
         match self.kind {
             SceneKind::Bar(_) => BAR,
+            SceneKind::Flow(_) => FLOWS,
             SceneKind::Wall(WallScene::Tube(_)) => TUBES,
             SceneKind::Wall(WallScene::Membrane(_)) => MEMBRANES,
             SceneKind::Assembly(_) => ASSEMBLY,
@@ -299,6 +301,7 @@ fn kinds(on: Kinds) -> String {
         (BAR, "B"),
         (TUBES, "T"),
         (MEMBRANES, "I"),
+        (FLOWS, "F"),
     ];
     let those = letters.iter().filter(|(kind, _)| on & kind != 0);
     let those: Vec<&str> = those.map(|(_, letter)| *letter).collect();

@@ -19,14 +19,18 @@ pub(super) const BAR: Kinds = 16;
 pub(super) const TUBES: Kinds = 32;
 /// A membrane under pressure, at rest.
 pub(super) const MEMBRANES: Kinds = 64;
+/// A flow in a tube.
+pub(super) const FLOWS: Kinds = 128;
+/// A tube, at rest or with a flow.
+pub(super) const TUBED: Kinds = TUBES | FLOWS;
 /// A wall under pressure.
 pub(super) const WALL: Kinds = TUBES | MEMBRANES;
 /// One rod in motion.
 pub(super) const MOTION: Kinds = PLANE | SPACE;
 /// Kinds of scenes with a motion of rods.
 pub(super) const RUNS: Kinds = MOTION | ASSEMBLY;
-/// Kinds of scenes with time-dependent forces.
-pub(super) const DRIVEN: Kinds = RUNS | BAR;
+/// Kinds of scenes with histories in time.
+pub(super) const DRIVEN: Kinds = RUNS | BAR | FLOWS;
 pub(super) const IN_SPACE: Kinds = STATICS | SPACE | ASSEMBLY;
 /// One rod in space.
 pub(super) const ONE_IN_SPACE: Kinds = STATICS | SPACE;

@@ -29,13 +29,11 @@ pub(super) static HOMES: [&Spec; 11] = [
 const ONE_KIND: &str = "with [body] and [run] the scene is one of motion, with [end], [solve] or [continue] one of statics: keep one of the two";
 const NOT_FLAT: &str = "statics are of rods in space, model = \"cosserat\"; there the planar elastica is a rod with rigid shear and axial";
 
-const NO_FLOW: &str = "flow through tubes is not computed: a scene of a tube is one section at rest, for `snaprod equilibrium` and, with [continue], `snaprod branch`";
-
 #[rustfmt::skip]
 pub(super) static TOP: Spec = Spec {
     name: "",
     fields: &[
-        field("units", ANY | BAR | WALL, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material or tube.material is given"),
+        field("units", ANY | BAR | WALL | FLOWS, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material or tube.material is given"),
             "The system of units, for labels: it changes no number. \"si\": metre, kilogram, second. Any consistent system will do."),
         field("rod", ONE | BAR, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
         field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]. May be left out in a motion of bodies that all have a `position`."),
@@ -59,15 +57,18 @@ pub(super) static TOP: Spec = Spec {
         field("station", ANY, Array(&Table(&STATION)), "", No, "Places on rods whose motion, strains and resultants are written, each a table [[station]], at most 100."),
         field("obstacle", TOUCHED, Array(&Table(&OBSTACLE)), "", No, "Bodies that stand or move in a given way, which the rod and its body do not enter, each a table [[obstacle]], at most 100."),
         field("contact", HIT, Table(&CONTACT), "", No, "Rules of contact with obstacles, in a motion."),
-        field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
+        field("run", MOTION | BAR | FLOWS, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
         field("continue", STATICS | ASSEMBLY, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene; of an assembly at rest."),
         field("continue", WALL, Table(&CONTINUE), "", No, "A branch of sections or of inflated states in one parameter."),
-        field("tube", TUBES, Table(&TUBE_TABLE), "", Yes("radius = 5e-3"), "The wall of a tube: a section of it under pressure (docs/tubes.md)."),
+        field("tube", TUBED, Table(&TUBE_TABLE), "", Yes("radius = 5e-3"), "The wall of a tube (docs/tubes.md): a section of it under pressure; with [run] a tube with a flow."),
         field("membrane", MEMBRANES, Table(&MEMBRANE_TABLE), "", Yes("shape = \"sphere\""), "A membrane under pressure (docs/tubes.md)."),
-        field("outside", TUBES, Table(&OUTSIDE), "", No, "What surrounds the tube."),
-        field("fluid", TUBES, Table(&FLUID), "", No, "The fluid in the tube."),
+        field("outside", TUBED, Table(&OUTSIDE), "", No, "What surrounds the tube."),
+        field("upstream", FLOWS, Table(&UPSTREAM), "", No, "What the end x = 0 leads to; without it the tube goes on there, and waves leave."),
+        field("downstream", FLOWS, Table(&DOWNSTREAM), "", No, "What the end x = length leads to; without it the tube goes on there, and waves leave."),
+        field("start", FLOWS, Table(&START), "", No, "Area and velocity along the tube at the start; without it, round and at rest."),
+        field("fluid", TUBED, Table(&FLUID), "", No, "The fluid in the tube."),
         field("gas", MEMBRANES, Table(&GAS), "", No, "Gas in the membrane and in a vessel joined to it."),
     ],
     barred: &[
@@ -79,7 +80,7 @@ pub(super) static TOP: Spec = Spec {
         (PLANE, "end", NOT_FLAT), (PLANE, "solve", NOT_FLAT), (PLANE, "continue", NOT_FLAT),
         (BAR | WALL, "obstacle", "obstacles are for rods that bend, model = \"elastica\" or \"cosserat\""),
         (BAR | WALL | STATICS, "contact", "rules of contact are for motions of rods that bend, and of their bodies"),
-        (TUBES, "upstream", NO_FLOW), (TUBES, "downstream", NO_FLOW), (TUBES, "start", NO_FLOW), (TUBES, "run", NO_FLOW),
+        (FLOWS, "continue", "a flow is run in time: leave out [continue], or [run], [upstream], [downstream] and [start]"),
         (MEMBRANES, "run", "membranes are computed at rest: leave out [run], and use `snaprod equilibrium` or, with [continue], `snaprod branch`"),
         (MEMBRANES, "body", "pistons on membranes are not computed: leave out [body]"),
     ],
@@ -132,7 +133,7 @@ pub(super) static ROD: Spec = Spec {
         field("section_inertia", SPACE | ASSEMBLY, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness; without either as if the radius of gyration were length/1e6, so that the rod bends as a slender one."),
         field("distributed", ASSEMBLY, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world, beside its weight: constant, a polynomial in s/length, or a table in s. Not of a rod between two ball joints, or with a free end."),
         field("mass", STATICS, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
-        field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); the run of an elastic rod, or of one with all of its mass, stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
+        field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); the run of an elastic rod, or of one with all of its mass, stops there. Also the thickness at obstacles of a rod with all of its mass. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
         field("contact_diameter", STATICS, Number(&NON_NEGATIVE), "m", No, "Thickness of the rod where obstacles touch it. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape 0, the centreline."),
         field("area", BAR, Number(&POSITIVE), "m²", Yes("area = 1e-4"), "Area of the undeformed cross-section."),
         field("density", BAR, Number(&POSITIVE), "kg/m³", Yes("density = 1000.0"), "Mass per undeformed volume."),
@@ -153,32 +154,92 @@ pub(super) static ROD: Spec = Spec {
 
 #[rustfmt::skip]
 pub(super) static TUBE_TABLE: Spec = spec("tube", &[
-    field("radius", TUBES, Number(&SIZE), "m", Yes("radius = 5e-3"), "Radius of the middle line of the wall at no load."),
-    field("thickness", TUBES, Number(&SIZE), "m", No, "Thickness of the wall at no load, at most half the radius; needed with a material, and by law = \"extensible\"."),
-    field("material", TUBES, Table(&TUBE_MATERIAL), "", No, "What the wall is made of: its bending stiffness is E h^3 / (12 (1 - nu^2)) per axial length."),
-    field("stiffness", TUBES, Number(&SIZE), "N m", No, "Bending stiffness D per axial length, in place of a material. With radius = 1 and stiffness = 1 pressures are in D/R^3."),
-    field("mode", TUBES, Count(2, 12), "", Or("2"), "Number of lobes into which the tube buckles. Modes above 2 need a support, and end where the walls of a lobe touch."),
-    field("law", TUBES, OneOf(&[Word(&["ring", "extensible", "neo-hookean"]), Table(&TUBE_LAW)]), "", Or("\"ring\""),
+    field("radius", TUBED, Number(&SIZE), "m", Yes("radius = 5e-3"), "Radius of the middle line of the wall at no load."),
+    field("thickness", TUBED, Number(&SIZE), "m", No, "Thickness of the wall at no load, at most half the radius; needed with a material, and by law = \"extensible\"."),
+    field("material", TUBED, Table(&TUBE_MATERIAL), "", No, "What the wall is made of: its bending stiffness is E h^3 / (12 (1 - nu^2)) per axial length."),
+    field("stiffness", TUBED, Number(&SIZE), "N m", No, "Bending stiffness D per axial length, in place of a material. With radius = 1 and stiffness = 1 pressures are in D/R^3."),
+    field("mode", TUBED, Count(2, 12), "", Or("2"), "Number of lobes into which the tube buckles. Modes above 2 need a support, and end where the walls of a lobe touch."),
+    field("law", TUBED, OneOf(&[Word(&["ring", "extensible", "neo-hookean"]), Table(&TUBE_LAW)]), "", Or("\"ring\""),
         "Wall law: \"ring\", which does not stretch, round up to its buckling; \"extensible\", with k = 12 (R/h)^2; \"neo-hookean\", a thick wall that stays round; or a table with an algebraic law."),
-    field("stretch", TUBES, Number(&SIZE), "", Or("1.0"), "Stretch along the axis, which makes the wall of a material narrower and thinner."),
+    field("stretch", TUBED, Number(&SIZE), "", Or("1.0"), "Stretch along the axis, which makes the wall of a material narrower and thinner."),
     field("area", TUBES, Number(&POSITIVE), "", No, "Area over that of the round section at no load, in place of [outside] pressure."),
+    field("length", FLOWS, Number(&SIZE), "m", No, "Length of the tube; needed but for a lumped one."),
+    field("cells", FLOWS, Count(4, 1_000_000), "", Or("400"), "Cells along the tube."),
+    field("tension", FLOWS, Number(&NON_NEGATIVE), "N", Or("0.0"), "Tension along the tube. Only 0 is computed."),
+    field("lumped", FLOWS, Table(&LUMPED), "", No, "A Starling resistor in place of a tube with a length: one area between two rigid tubes. The numbers are in the units of the wall law, as in docs/tubes.md."),
 ]);
 #[rustfmt::skip]
 pub(super) static TUBE_MATERIAL: Spec = spec("tube.material", &[
-    field("E", TUBES, Number(&STIFFNESS), "Pa", Yes("E = 1.5e6"), "Young's modulus; three times the shear modulus where nu = 0.5."),
-    field("nu", TUBES, Number(&POISSON), "", Or("0.5"), "Poisson's ratio."),
+    field("E", TUBED, Number(&STIFFNESS), "Pa", Yes("E = 1.5e6"), "Young's modulus; three times the shear modulus where nu = 0.5."),
+    field("nu", TUBED, Number(&POISSON), "", Or("0.5"), "Poisson's ratio."),
 ]);
 #[rustfmt::skip]
 pub(super) static TUBE_LAW: Spec = spec("tube.law", &[
-    field("power", TUBES, Numbers(2), "", Yes("power = [10.0, -1.5]"), "Exponents m >= 0 >= n of p - p_e = Kp (alpha^m - alpha^n), with Kp = D/R^3."),
+    field("power", TUBED, Numbers(2), "", Yes("power = [10.0, -1.5]"), "Exponents m >= 0 >= n of p - p_e = Kp (alpha^m - alpha^n), with Kp = D/R^3."),
 ]);
 #[rustfmt::skip]
 pub(super) static OUTSIDE: Spec = spec("outside", &[
     field("pressure", TUBES, Number(&VALUE), "Pa", No, "Pressure outside less inside; or tube.area."),
+    field("pressure", FLOWS, OneOf(&[Number(&VALUE), Table(&OUTSIDE_PRESSURE)]), "Pa", Or("0.0"), "Pressure outside: a number, a table along the tube, or a history in time."),
+]);
+#[rustfmt::skip]
+pub(super) static OUTSIDE_PRESSURE: Spec = spec("outside.pressure", &[
+    field("table", FLOWS, Rows(2), "m, Pa", No, "Rows [x, p] along the tube, x growing from 0 to its length; linear in between."),
+    field("constant", FLOWS, Number(&FINITE), "Pa", No, "A constant pressure."),
+    field("amplitude", FLOWS, Number(&FINITE), "Pa", Yes("amplitude = 100.0"), "Amplitude of a sine in time, amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", FLOWS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine."),
+    field("phase", FLOWS, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", FLOWS, Table(&RAMP), "", No, "A linear growth in time."),
+    field("pulse", FLOWS, Table(&PULSE), "", No, "A pulse in time."),
+    field("block", FLOWS, Table(&BLOCK), "", No, "A constant pressure for a while."),
+]);
+#[rustfmt::skip]
+pub(super) static IN_TIME: Spec = spec("history", &[
+    field("constant", FLOWS, Number(&FINITE), "Pa or m³/s", No, "A constant value."),
+    field("amplitude", FLOWS, Number(&FINITE), "Pa or m³/s", Yes("amplitude = 100.0"), "Amplitude of a sine in time, amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", FLOWS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine."),
+    field("phase", FLOWS, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", FLOWS, Table(&RAMP), "", No, "A linear growth in time."),
+    field("pulse", FLOWS, Table(&PULSE), "", No, "A pulse in time."),
+    field("block", FLOWS, Table(&BLOCK), "", No, "A constant value for a while."),
+    field("table", FLOWS, Rows(2), "s, Pa or m³/s", No, "Rows [t, value], linear in between and constant outside."),
+]);
+#[rustfmt::skip]
+pub(super) static UPSTREAM: Spec = spec("upstream", &[
+    field("pressure", FLOWS, PRESSURE, "Pa", No, "Pressure of the reservoir: a number or a history in time. Its dynamic pressure at the inlet is won without loss."),
+    field("flow", FLOWS, PRESSURE, "m³/s", No, "Flow into the tube, in place of a pressure: a number or a history in time."),
+    field("area", FLOWS, Number(&POSITIVE), "", No, "With a flow that is a number and faster than waves: the area A/A0 at the end, which nothing downstream sets."),
+    field("closed", FLOWS, Flag, "", Or("false"), "true: no flow through the end."),
+    field("resistance", FLOWS, Number(&NON_NEGATIVE), "Pa s/m³", Or("0.0"), "Fall of the pressure over the flow between reservoir and tube."),
+    field("inertance", FLOWS, Number(&NON_NEGATIVE), "Pa s²/m³", Or("0.0"), "Inertance of the rigid tube between them: density x length/area."),
+    field("recovery", FLOWS, Number(&PART), "", Or("0.0"), "Part of the dynamic pressure that is regained where the flow leaves the tube here; 0 is a jet."),
+]);
+#[rustfmt::skip]
+pub(super) static DOWNSTREAM: Spec = spec("downstream", &[
+    field("pressure", FLOWS, PRESSURE, "Pa", No, "Pressure of the reservoir: a number or a history in time."),
+    field("flow", FLOWS, PRESSURE, "m³/s", No, "Flow out of the tube, in place of a pressure: a number or a history in time."),
+    field("closed", FLOWS, Flag, "", Or("false"), "true: no flow through the end."),
+    field("resistance", FLOWS, Number(&NON_NEGATIVE), "Pa s/m³", Or("0.0"), "Fall of the pressure over the flow between tube and reservoir."),
+    field("inertance", FLOWS, Number(&NON_NEGATIVE), "Pa s²/m³", Or("0.0"), "Inertance of the rigid tube between them: density x length/area."),
+    field("recovery", FLOWS, Number(&PART), "", Or("0.0"), "Part of the dynamic pressure that is regained at the outlet, 1 - chi; 0 is a jet."),
+]);
+const PRESSURE: Form = OneOf(&[Number(&VALUE), Table(&IN_TIME)]);
+#[rustfmt::skip]
+pub(super) static LUMPED: Spec = spec("tube.lumped", &[
+    field("l1", FLOWS, Number(&SIZE), "", Yes("l1 = 1.0"), "Inertance upstream."),
+    field("l2", FLOWS, Number(&SIZE), "", Yes("l2 = 2.0"), "Inertance downstream."),
+    field("lam", FLOWS, Number(&SIZE), "", Or("1.0"), "Volume of the collapsible part over its area."),
+    field("r1", FLOWS, Number(&NON_NEGATIVE), "", Or("0.0"), "Resistance upstream."),
+    field("r2", FLOWS, Number(&NON_NEGATIVE), "", Or("0.0"), "Resistance downstream."),
+    field("chi", FLOWS, Number(&PART), "", Or("1.0"), "Part of the dynamic pressure that is lost behind the collapsible part; 1 is a jet."),
+    field("E", FLOWS, Number(&FINITE), "", Or("0.0"), "Pressure outside."),
 ]);
 #[rustfmt::skip]
 pub(super) static FLUID: Spec = spec("fluid", &[
     field("density", TUBES, Number(&SIZE), "kg/m³", No, "Density, for the speed of pulses in the tube."),
+    field("density", FLOWS, Number(&SIZE), "kg/m³", No, "Density; needed but for a lumped tube."),
+    field("viscosity", FLOWS, Number(&POSITIVE), "m²/s", No, "Kinematic viscosity; without it there is no friction."),
+    field("friction", FLOWS, Word(&["none", "linear", "darcy"]), "", Or("\"linear\" with a viscosity, \"none\" without"), "Friction at the wall: none; that of a slow flow in a round tube, 8 pi viscosity u; or Darcy's with its laminar and turbulent coefficients over the round perimeter."),
 ]);
 #[rustfmt::skip]
 pub(super) static MEMBRANE_TABLE: Spec = spec("membrane", &[
@@ -461,7 +522,7 @@ pub(super) static BODY: Spec = Spec {
     field("shape", PLANE, OneOf(&[Word(&["point"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles; without it a point at the end of the rod."),
     field("shape", SPACE | ASSEMBLY, OneOf(&[Word(&["point", "solid"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles and other bodies, about its centre of mass along its axes; \"solid\": that of its `solid`. Without it a point, the centre of mass."),
     field("mass", SPACE, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
-    field("mass", ASSEMBLY, Number(&SIZE_OR_0), "kg", Yes("mass = 1.0"), "Mass of the body. 0 or left out, and no inertia: a node, which joins rods, bears loads and turns with the rods; at rest, or where all rods have inertia = \"full\"."),
+    field("mass", ASSEMBLY, Number(&SIZE_OR_0), "kg", Yes("mass = 1.0"), "Mass of the body. 0, and no inertia: a node, which joins rods, bears loads and turns with the rods. It may be left out of a node, but in a motion of rods without mass, where the loads of a node are constant."),
     field("joint", SPACE, Word(&["weld", "ball", "hinge", "universal", "slider", "roller"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn (\"ball\"); or a rigid body on a joint with an axis, as in `to` of [[rod]]."),
     field("axis", SPACE, Vector(&VALUE), "", No, "Axis of a joint that has one, as in `from` of [[rod]], along the directors there."),
     field("second_axis", SPACE, Vector(&VALUE), "", No, "Second axis of a universal joint, which stays with the rod."),
@@ -554,7 +615,16 @@ pub(super) static START: Spec = spec("start", &[
     field("stretch", MEMBRANES, Number(&STRETCH), "", No, "Stretch at the pole, at least 1; or [loads] pressure, or [gas]."),
     field("stretch", BAR, Number(&POSITIVE), "", Or("1.0"), "Uniform stretch of the bar."),
     field("velocity", BAR, Number(&FINITE), "m/s", Or("0.0"), "Uniform velocity of the bar along +X; beside a wall a blow."),
+    field("area", FLOWS, OneOf(&[Number(&POSITIVE), Table(&START_AREA)]), "", Or("1.0"), "Area A/A0 of the tube: a number, or a table along it. A lumped tube starts beside its equilibrium without it."),
+    field("velocity", FLOWS, Number(&FINITE), "m/s", Or("0.0"), "Velocity of the fluid."),
+    field("left", FLOWS, Numbers(2), "1, m/s", No, "[area A/A0, velocity] left of `at`, with right: a Riemann problem in place of area and velocity."),
+    field("right", FLOWS, Numbers(2), "1, m/s", No, "[area A/A0, velocity] right of `at`."),
+    field("at", FLOWS, Number(&NON_NEGATIVE), "m", Or("half the length"), "Where left and right meet."),
     field("wrench", STATICS, Numbers(6), "N m, N", No, "Where the search begins: base wrench (m1, m2, m3, n1, n2, n3) in the world; without it, the unloaded rod."),
+]);
+#[rustfmt::skip]
+pub(super) static START_AREA: Spec = spec("start.area", &[
+    field("table", FLOWS, Rows(2), "m, 1", Yes("table = [[0.0, 1.0], [0.1, 0.9]]"), "Rows [x, A/A0] along the tube, x growing from 0 to its length; linear in between."),
 ]);
 #[rustfmt::skip]
 pub(super) static SHEET: Spec = spec("sheet", &[
@@ -648,16 +718,16 @@ pub(super) static FORCE: Spec = spec("loads.force", &[
     field("direction", PLANE, Vector(&FINITE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
     field("direction", SPACE | ASSEMBLY, Vector(&FINITE), "", Yes("direction = [0.0, 1.0, 0.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
     field("follower", SPACE | ASSEMBLY, Flag, "", Or("false"), "true: the direction is along the axes of the body (of a welded one the directors at the end), with which the load turns; false: along those of the world."),
-    field("constant", DRIVEN, Number(&FINITE), "N", No, "A constant size, in place of a sine."),
-    field("amplitude", DRIVEN, Number(&FINITE), "N", Yes("amplitude = 0.5"), "Amplitude of a sine, amplitude * sin(2 pi frequency t + phase)."),
-    field("frequency", DRIVEN, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
-    field("phase", DRIVEN, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
-    field("ramp", DRIVEN, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
-    field("pulse", DRIVEN, Table(&PULSE), "", No, "A pulse, in place of a sine."),
+    field("constant", RUNS | BAR, Number(&FINITE), "N", No, "A constant size, in place of a sine."),
+    field("amplitude", RUNS | BAR, Number(&FINITE), "N", Yes("amplitude = 0.5"), "Amplitude of a sine, amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", RUNS | BAR, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
+    field("phase", RUNS | BAR, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", RUNS | BAR, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
+    field("pulse", RUNS | BAR, Table(&PULSE), "", No, "A pulse, in place of a sine."),
     field("file", RUNS, Name, "", No, "Name of a file with rows of times and components, in place of a direction and a size; linear in between and constant outside. It counts from the directory of the scene's file."),
     field("columns", RUNS, Array(&Name), "", Or("[\"t\", \"x\", \"y\", \"z\"]"), "Names of the columns of `file`: of the time, then of the components along the axes of the world, or of the body where `follower` is true. Without a line of names the columns stand in this order."),
     field("block", BAR, Table(&BLOCK), "", No, "A constant force for a while, with jumps, in place of a sine."),
-    field("table", DRIVEN, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
+    field("table", RUNS | BAR, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
 ]);
 #[rustfmt::skip]
 pub(super) static RAMP: Spec = spec("ramp", &[
@@ -675,9 +745,9 @@ pub(super) static PULSE: Spec = spec("pulse", &[
 
 #[rustfmt::skip]
 pub(super) static BLOCK: Spec = spec("block", &[
-    field("size", BAR, Number(&FINITE), "N", Yes("size = 2.0"), "Its size."),
-    field("start", BAR, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins."),
-    field("until", BAR, Number(&POSITIVE), "s", Yes("until = 0.002"), "When it ends, after `start`."),
+    field("size", BAR | FLOWS, Number(&FINITE), "N", Yes("size = 2.0"), "Its size."),
+    field("start", BAR | FLOWS, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins."),
+    field("until", BAR | FLOWS, Number(&POSITIVE), "s", Yes("until = 0.002"), "When it ends, after `start`."),
 ]);
 
 #[rustfmt::skip]
@@ -698,7 +768,7 @@ pub(super) static RUN: Spec = Spec {
         field("samples", DRIVEN, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
         field("strobe", MOTION, Number(&POSITIVE), "s", No,
             "A period: the motion is written at its whole multiples in place of `samples` even times; the duration is a whole number of them. With the period of a load, or of the clamp's motion, the trajectory is a Poincaré section, drawn as poincare.svg."),
-        field("time_step", BAR, Number(&POSITIVE), "s", No, "The longest step of finite volumes, the step of the schemes on linear elements; without it the first is chosen by the speed of waves, the second 0.05 cells of the fastest wave at the start."),
+        field("time_step", BAR | FLOWS, Number(&POSITIVE), "s", No, "The longest step of finite volumes, also of a flow; the step of the schemes on linear elements; without it the first is chosen by the speed of waves, the second 0.05 cells of the fastest wave at the start."),
         field("max_steps", RUNS, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
         field("max_snaps", RUNS, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
     ],

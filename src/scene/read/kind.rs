@@ -1,6 +1,6 @@
 //! Recognition of the kind of a scene from its content.
 
-use super::fields::{ASSEMBLY, BAR, Kinds, MEMBRANES, PLANE, SPACE, STATICS, TUBES};
+use super::fields::{ASSEMBLY, BAR, FLOWS, Kinds, MEMBRANES, PLANE, SPACE, STATICS, TUBES};
 use super::phrases::nearest;
 use crate::scene::Model;
 use toml::Spanned;
@@ -16,6 +16,8 @@ fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
 
 /// Tables of a scene of statics in space.
 const STATICS_TABLES: [&str; 3] = ["end", "solve", "continue"];
+/// Tables of a tube with a flow.
+const FLOW_TABLES: [&str; 4] = ["run", "upstream", "downstream", "start"];
 /// Tables, and fields of `[rod]`, of a motion in space.
 const MOTION: ([&str; 3], [&str; 3]) =
     (["body", "loads", "run"], ["damping", "relaxation", "nodes"]);
@@ -45,7 +47,8 @@ pub(super) fn scene_kind(document: &DeTable) -> Kinds {
     }
     if !document.contains_key("rod") {
         if document.contains_key("tube") {
-            return TUBES;
+            let flows = FLOW_TABLES.iter().any(|name| document.contains_key(*name));
+            return if flows { FLOWS } else { TUBES };
         }
         if document.contains_key("membrane") {
             return MEMBRANES;

@@ -7,6 +7,7 @@ mod document;
 mod ends;
 mod field_spec;
 mod fields;
+mod flow;
 mod friction;
 mod groove;
 mod joint;
@@ -50,6 +51,18 @@ pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Fa
     let reader = reader::Reader::new(sources);
     reader.syntax(at, message);
     reader.into_faults()
+}
+
+/// The number at a path of the text with overrides; `None` without a number.
+pub(super) fn number_at(sources: &Sources, path: &str) -> Option<f64> {
+    let reader = reader::Reader::new(sources);
+    let document = reader.document()?;
+    let value = sources::value_at(&document, path)?;
+    match value.get_ref() {
+        toml::de::DeValue::Float(float) => float.as_str().parse().ok(),
+        toml::de::DeValue::Integer(integer) => integer.as_str().parse().ok(),
+        _ => None,
+    }
 }
 
 /// Names of the fields of a table in scenes of this kind.

@@ -12,12 +12,17 @@ use crate::contact::ImpactLaw;
 use crate::motion::LandingRule;
 use crate::obstacle;
 use crate::scene::{
-    BodyShape, ContactPair, ContactRules, FaultKind, Obstacle, ObstacleShape, RodsInContact, Scene,
+    BodyShape, ContactMethod, ContactPair, ContactRules, FaultKind, Obstacle, ObstacleShape,
+    RodsInContact, Scene,
 };
 use nalgebra::Vector2;
 
 /// Most obstacles of a scene.
 const OBSTACLES: usize = 100;
+/// Default tolerance of rods with all of their mass among obstacles.
+const AMONG_OBSTACLES: f64 = 1e-3;
+/// Finest tolerance of rods in elements.
+const COARSE: f64 = 0.99e-5;
 /// Kinds of scenes with obstacles.
 pub(super) const ON: Kinds = STATICS | RUNS;
 /// Kinds of scenes in which bodies hit obstacles.
@@ -32,6 +37,12 @@ static RESTITUTION: Rule = Rule {
     allowed: "a number in [0, 1]",
     holds: |x| (0.0..=1.0).contains(&x),
     hint: |x| (x > 1.0).then_some("an impact does not create energy"),
+};
+/// Width of a barrier in lengths of the rod.
+static GAP: Rule = Rule {
+    allowed: "a number in [1e-8, 0.05], in lengths of the rod",
+    holds: |x| (1e-8..=0.05).contains(&x),
+    hint: SILENT,
 };
 /// A coefficient of friction.
 static FRICTION: Rule = Rule {
@@ -86,7 +97,11 @@ pub(super) static CONTACT: Spec = spec("contact", &[
     field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::Or("0.0"), "Restitution of obstacles that do not say their own."),
     field("law", HIT, Form::Word(&["stronge", "poisson", "newton"]), "", Need::Or("\"stronge\""), "What the restitution is: a ratio of works, of impulses, or of normal velocities. The three agree for bodies that do not turn."),
     field("pairs", HIT, Form::Array(&Form::Table(&PAIR)), "", Need::No, "Surfaces of single pairs, each a table such as { between = [\"ball\", \"floor\"], friction = 0.2, restitution = 0.8 }."),
-    field("rods", HIT, Form::Word(&["all", "none"]), "", Need::Or("\"all\""), "\"all\": rods touch obstacles, planar ones at points; the run ends where that is not followed. \"none\": rods pass through obstacles, and bodies alone hit them."),
+    field("rods", HIT, Form::Word(&["all", "none"]), "", Need::Or("\"all\""), "\"all\": rods touch obstacles, light planar ones at points; the run ends where that is not followed. \"none\": rods pass through obstacles, and bodies alone hit them."),
+    field("method", HIT, Form::Word(&["auto", "exact", "barrier"]), "", Need::Or("\"auto\""), "\"exact\": contacts have unknown places and forces. \"barrier\": obstacles push within the distance `gap`; for rods with inertia = \"full\". \"auto\": the one that follows the rods of the scene."),
+    field("gap", HIT, Form::Number(&GAP), "", Need::No, "Distance from an obstacle within which a barrier pushes, in lengths of the shortest rod; without it 1e-4. A rod lies on a floor at this distance."),
+    field("stick", HIT, Form::Number(&POSITIVE), "", Need::No, "Displacement at which friction of a barrier has its full size, in lengths of the shortest rod; without it a hundredth of `gap`, or a tenth of `run.tolerance` if that is more. What sticks gives way by less."),
+    field("halve", HIT, Form::Flag, "", Need::Or("false"), "true: a run with a barrier is repeated with half the gap, and `contact.change_at_half_gap` of the summary is the largest change of the places of the bodies at the end, of one rod that of its end."),
     field("settle_speed", HIT, Form::Number(&POSITIVE), "m/s", Need::No, "Normal speed after an impact below which the bounces that are left are summed up; without it 1e-6 sqrt(EI/(mass length))."),
 ]);
 #[rustfmt::skip]
@@ -310,7 +325,8 @@ fn names_are_known(top: &Table, scene: &Scene) -> bool {
         .collect();
     for pair in &scene.contact.pairs {
         let [a, b] = &pair.between;
-        let is_body = |name: &String| bodies.contains(name);
+        let heavy = scene.rod.is_heavy();
+        let is_body = |name: &String| bodies.contains(name) || (heavy && rods.contains(name));
         let known = |name: &String| is_body(name) || obstacles.contains(name);
         let fits = known(a) && known(b) && (is_body(a) || is_body(b)) && a != b;
         if !fits {
@@ -408,6 +424,14 @@ pub(super) fn contact(table: &Table) -> Option<ContactRules> {
     let laws = [ImpactLaw::Stronge, ImpactLaw::Poisson, ImpactLaw::Newton];
     let law = table.word("law", &laws);
     let rods = table.word("rods", &[RodsInContact::All, RodsInContact::None]);
+    let methods = [
+        ContactMethod::Auto,
+        ContactMethod::Exact,
+        ContactMethod::Barrier,
+    ];
+    let method = table.word("method", &methods);
+    let (gap, stick) = (table.optional("gap"), table.optional("stick"));
+    let halve = table.flag("halve");
     let settle_speed = table.optional("settle_speed");
     let words = "an array of tables such as { between = [\"ball\", \"floor\"], friction = 0.2 }";
     let pairs = table.maybe("pairs", |field, value| {
@@ -419,6 +443,10 @@ pub(super) fn contact(table: &Table) -> Option<ContactRules> {
         restitution: restitution?,
         law: law?,
         rods: rods?,
+        method: method?,
+        gap: gap?,
+        stick: stick?,
+        halve: halve?,
         settle_speed: settle_speed?,
         pairs: pairs?.unwrap_or_default(),
     })
@@ -445,24 +473,28 @@ pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
     let run = scene.run.as_ref();
     let rods = scene.every_rod();
     if rods.iter().any(|rod| rod.is_heavy()) {
+        return heavy_can_be_followed(top, scene, at);
+    }
+    if scene.contact.method == ContactMethod::Barrier {
         return refuse(
-            "left out where a rod has inertia = \"full\"",
-            "contact is followed of bodies on rods without mass: write inertia = \"none\"",
+            "of rods with inertia = \"full\" where contact.method = \"barrier\"",
+            "contacts of light rods and their bodies are exact: leave out contact.method",
         );
     }
-    if rods.iter().any(|rod| rod.damping.is_some()) {
+    let damped = rods.iter().any(|rod| rod.damping.is_some());
+    if damped && scene.clamp.free {
         return refuse(
-            "left out where the rod has damping",
-            "contact is followed of bodies on elastic rods: leave out rod.damping",
+            "left out where nothing holds the base of a rod with damping",
+            "hold the base of the rod: leave out clamp.free",
         );
     }
-    if scene.is_planar() && scene.clamp.motion.is_some() {
+    if (scene.is_planar() || damped) && scene.clamp.motion.is_some() {
         return refuse(
             "left out where the clamp moves",
             "an obstacle may move in its place: write `motion` in [[obstacle]], and leave out clamp.motion",
         );
     }
-    if scene.is_planar() && scene.is_loaded_along() {
+    if scene.is_planar() && !damped && scene.is_loaded_along() {
         return refuse(
             "left out where a planar rod bears a load along it",
             "leave out the rod's mass, loads.distributed and [[load]] on the rod",
@@ -489,10 +521,10 @@ pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
     if !names_are_known(top, scene) {
         return false;
     }
-    if run.is_some_and(|run| run.method == crate::scene::Method::Implicit) {
+    if !damped && run.is_some_and(|run| run.method == crate::scene::Method::Implicit) {
         return refuse(
             "left out where run.method = \"implicit\"",
-            "steps among obstacles are explicit: leave out run.method",
+            "steps of elastic rods among obstacles are explicit: leave out run.method",
         );
     }
     let points: Vec<BodyShape> = scene.shapes_of_points().collect();
@@ -518,6 +550,111 @@ pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
         );
     }
     true
+}
+
+/// Gives rods with all of their mass among obstacles a tolerance that elements reach, unless the scene has one.
+pub(super) fn choose_tolerance(top: &Table, scene: &mut Scene) {
+    let given = top.get("run").and_then(|run| run.get_ref().as_table());
+    let free = given.is_some_and(|run| !run.contains_key("tolerance"));
+    if let (true, Some(_), Some(run)) = (free, scene.barrier_gap(), &mut scene.run) {
+        run.tolerance = AMONG_OBSTACLES;
+    }
+}
+
+/// True if a motion of rods with all of their mass can follow the contacts of the scene; otherwise reports why not.
+fn heavy_can_be_followed(top: &Table, scene: &Scene, at: &'static str) -> bool {
+    let refuse = |allowed: &str, hint: &str| {
+        top.fault(FaultKind::Conflict, at, allowed, hint);
+        false
+    };
+    if scene.obstacles.is_empty() {
+        return refuse(
+            "without `shape` and `position` where rods have inertia = \"full\" and there is no [[obstacle]]",
+            "bodies on such rods touch obstacles alone, and not each other",
+        );
+    }
+    let bodies = || scene.assembly().into_iter().flat_map(|given| &given.bodies);
+    if bodies().any(|body| body.place.is_some()) {
+        return refuse(
+            "left out where rods have inertia = \"full\" and a body has a position",
+            "bodies that no rod holds move beside light rods: write them in a scene of their own",
+        );
+    }
+    if scene
+        .obstacles
+        .iter()
+        .any(|obstacle| obstacle.motion.is_some())
+    {
+        return refuse(
+            "without motion where a rod has inertia = \"full\"",
+            "rods with all of their mass touch obstacles that stand: leave out the motion of the obstacle",
+        );
+    }
+    if scene.contact.method == ContactMethod::Exact {
+        return refuse(
+            "of rods without mass where contact.method = \"exact\"",
+            "rods with all of their mass touch obstacles through a barrier: leave out contact.method, or write inertia = \"none\"",
+        );
+    }
+    if scene.has_groove() {
+        return refuse(
+            "left out where a body slides in a groove",
+            "rods in elements have no grooves: leave out the groove",
+        );
+    }
+    if scene.clamp.motion.is_some() {
+        return refuse(
+            "left out where the clamp moves",
+            "write the rod as an assembly: [[rod]] with `motion` in `from`, and [[body]]",
+        );
+    }
+    if (scene.every_rod().iter()).any(|rod| !rod.relaxation.is_empty() || rod.nodes.is_some()) {
+        return refuse(
+            "left out where the rod has relaxation or nodes",
+            "rods touch obstacles in elements, which the program chooses: leave out rod.relaxation and rod.nodes",
+        );
+    }
+    if let Some(run) = &scene.run
+        && (run.method != crate::scene::Method::Auto || run.tolerance < COARSE)
+    {
+        return refuse(
+            "left out where a rod has inertia = \"full\" and run.tolerance is below 1e-5 or run.method is given",
+            "rods touch obstacles in elements: leave out run.method, and write tolerance = 1e-4 or 1e-3",
+        );
+    }
+    let restitution = |obstacle: &Obstacle| obstacle.restitution.is_some_and(|e| e > 0.0);
+    if scene.contact.restitution > 0.0
+        || scene.obstacles.iter().any(restitution)
+        || (scene.contact.pairs.iter()).any(|pair| pair.restitution.is_some_and(|e| e > 0.0))
+    {
+        return refuse(
+            "without restitution where a rod has inertia = \"full\"",
+            "a rod has no coefficient of restitution, its rebound is a result; leave restitution out",
+        );
+    }
+    let one = scene.body.iter().filter_map(|body| body.shape);
+    let shapes: Vec<BodyShape> = bodies().filter_map(|body| body.shape).chain(one).collect();
+    let round = |shape: &BodyShape| matches!(shape, BodyShape::Point | BodyShape::Ball(_));
+    if !shapes.iter().all(round) {
+        return refuse(
+            "of balls and points where a rod has inertia = \"full\"",
+            "write shape = \"point\" or { ball = .. } in the body",
+        );
+    }
+    let rubs = scene.contact.friction > 0.0
+        || (scene.obstacles.iter()).any(|obstacle| obstacle.friction.is_some_and(|mu| mu > 0.0))
+        || (scene.contact.pairs.iter()).any(|pair| pair.friction.is_some_and(|mu| mu > 0.0));
+    if rubs
+        && shapes
+            .iter()
+            .any(|shape| matches!(shape, BodyShape::Ball(_)))
+    {
+        return refuse(
+            "without friction where a ball hangs on a rod with inertia = \"full\"",
+            "friction would turn the ball, which is not computed; write shape = \"point\", or leave friction out",
+        );
+    }
+    names_are_known(top, scene)
 }
 
 fn disc(table: &Table) -> Option<ObstacleShape> {

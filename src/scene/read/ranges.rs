@@ -40,6 +40,11 @@ pub(super) static STRETCH: Rule = Rule {
 /// Bounds on sizes within which all derived scales neither over- nor underflow.
 pub(super) const SIZES: (f64, f64) = (1e-40, 1e40);
 /// A number whose square is finite.
+pub(super) static PART: Rule = Rule {
+    allowed: "a number from 0 to 1",
+    holds: |x| (0.0..=1.0).contains(&x),
+    hint: SILENT,
+};
 pub(super) static VALUE: Rule = Rule {
     allowed: "a finite number",
     holds: |x| x.abs() <= SIZES.1,

@@ -5,14 +5,15 @@ use super::bar::bar;
 use super::branch::continuation;
 use super::ends::{body, clamp, end, in_reach};
 use super::fields::{
-    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, MEMBRANES, PLANE, ROD, RUN, SOLVE,
-    SPACE, START, STATICS, Spec, TOP, TUBES,
+    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, FLOWS, Kinds, LOADS, MEMBRANES, PLANE, ROD, RUN,
+    SOLVE, SPACE, START, STATICS, Spec, TOP, TUBES,
 };
+use super::flow::flow;
 use super::jointed::EndJoints;
 use super::kind::scene_kind;
 use super::load_list::{Bearers, BearingRod, Listed, load_list};
 use super::loads::loads;
-use super::obstacle::{CONTACT, can_be_followed, contact, obstacles};
+use super::obstacle::{CONTACT, can_be_followed, choose_tolerance, contact, obstacles};
 use super::reader::Reader;
 use super::rod::{RodTraits, rod};
 use super::run::{run, solve};
@@ -42,6 +43,7 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
             ASSEMBLY => assembly(&top),
             BAR => bar(&top),
             TUBES => tube(&top),
+            FLOWS => flow(&top),
             MEMBRANES => membrane(&top),
             _ => resolve(&top),
         }
@@ -213,6 +215,7 @@ fn resolve(top: &Table) -> Option<Scene> {
         is_driven_as_known(table, &scene.rod, motion)?;
     }
     scene.choose_inertia();
+    choose_tolerance(top, &mut scene);
     can_be_followed(top, &scene).then_some(scene)
 }
 

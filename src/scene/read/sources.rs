@@ -186,6 +186,23 @@ pub(super) fn apply<'a>(
     setting.put_into(document, 0, value).map_err(refuse)
 }
 
+/// The value at a path of the document, with paths as in [`apply`].
+pub(super) fn value_at<'t, 'a>(
+    document: &'t DeTable<'a>,
+    path: &str,
+) -> Option<&'t Spanned<DeValue<'a>>> {
+    let mut steps = steps_of(path)?.into_iter();
+    let mut at = document.get(steps.next()?)?;
+    for step in steps {
+        at = match at.get_ref() {
+            DeValue::Table(table) => table.get(step)?,
+            DeValue::Array(list) => list.get(element(list, step)?)?,
+            _ => return None,
+        };
+    }
+    Some(at)
+}
+
 /// An override, split into the steps of its path.
 struct Setting<'a> {
     /// Byte range of the path.

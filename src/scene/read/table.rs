@@ -1,7 +1,8 @@
 //! A table of the document, with readers for the forms of its fields.
 
 use super::fields::{
-    ASSEMBLY, BAR, Field, Form, HOMES, Kinds, MEMBRANES, Need, PLANE, SPACE, Spec, TUBES,
+    ASSEMBLY, BAR, FLOWS, Field, Form, HOMES, Kinds, MEMBRANES, Need, PLANE, SPACE, Spec, TUBED,
+    TUBES,
 };
 use super::kind::MODELS;
 use super::phrases::{listed, nearest, shorten, vector_words};
@@ -122,11 +123,12 @@ impl<'a> Table<'a> {
             SPACE => {
                 format!("`{name}` is for motions in space, rod.model = \"cosserat\" with [run]")
             }
-            TUBES | MEMBRANES => {
+            TUBES | MEMBRANES | TUBED => {
                 format!(
                     "`{name}` is for walls under pressure, [tube] or [membrane] in place of [rod]"
                 )
             }
+            FLOWS => format!("`{name}` is for flows in tubes, [tube] with [run]"),
             BAR => format!("`{name}` is for bars in longitudinal motion, rod.model = \"bar\""),
             ASSEMBLY => format!("`{name}` is for assemblies, [[rod]] and [[body]]"),
             _ => format!("`{name}` is for rods in space, rod.model = \"cosserat\""),

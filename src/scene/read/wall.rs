@@ -11,7 +11,7 @@ use crate::membrane::gas::Vessel;
 use crate::membrane::{Inflated, Rubber, Shape};
 use crate::scene::{
     FaultKind, MembraneLoad, MembraneScene, Scene, SceneKind, TubeLaw, TubeLoad, TubeScene,
-    WallBranch, WallParameter, WallScene, WallStiffness,
+    TubeWall, WallBranch, WallParameter, WallScene, WallStiffness,
 };
 
 /// Reads a scene of a section of a tube.
@@ -27,7 +27,7 @@ pub(super) fn tube(top: &Table) -> Option<Scene> {
         branch(table, &parameters).map(Some)
     });
     let table = table?;
-    let scene = of_tube(&table);
+    let wall = tube_wall(&table);
     let area = table.optional("area");
     let (outside, area, follow) = (outside?, area?, follow?);
     let state = match (outside, area) {
@@ -57,23 +57,14 @@ pub(super) fn tube(top: &Table) -> Option<Scene> {
         },
     };
     let scene = TubeScene {
-        state,
+        wall: wall?,
         density: density?,
+        state,
         follow,
-        ..scene?
     };
-    if let Err(error) = scene.tube() {
-        let at = table.at;
+    if let Err(error) = scene.wall.tube() {
         let allowed = "a tube whose wall can be made";
-        top.reader.record(
-            FaultKind::Value,
-            at,
-            "tube",
-            None,
-            allowed,
-            Some(error.to_string()),
-        );
-        return None;
+        return refuse_tube(top, table.at, allowed, error.to_string());
     }
     Some(Scene::without_rods(
         units?,
@@ -81,8 +72,15 @@ pub(super) fn tube(top: &Table) -> Option<Scene> {
     ))
 }
 
-/// Reads `[tube]`; the load is filled in later.
-fn of_tube(table: &Table) -> Option<TubeScene> {
+/// Refuses the table `[tube]` that begins at `at`.
+pub(super) fn refuse_tube<T>(top: &Table, at: usize, allowed: &str, hint: String) -> Option<T> {
+    let reader = top.reader;
+    reader.record(FaultKind::Value, at, "tube", None, allowed, Some(hint));
+    None
+}
+
+/// Reads the wall of `[tube]`.
+pub(super) fn tube_wall(table: &Table) -> Option<TubeWall> {
     let (radius, stretch) = (table.number("radius"), table.number("stretch"));
     let (thickness, stiffness) = (table.optional("thickness"), table.optional("stiffness"));
     let material = if table.has("material") {
@@ -154,7 +152,7 @@ fn of_tube(table: &Table) -> Option<TubeScene> {
             hint,
         );
     }
-    Some(TubeScene {
+    Some(TubeWall {
         radius,
         thickness,
         stiffness,
@@ -162,9 +160,6 @@ fn of_tube(table: &Table) -> Option<TubeScene> {
         mode: u32::try_from(mode?).ok()?,
         law,
         stretch: stretch?,
-        density: None,
-        state: TubeLoad::Pressure(0.0),
-        follow: None,
     })
 }
 

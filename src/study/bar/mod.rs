@@ -8,10 +8,10 @@ pub use track::{ShockPoint, ShockTrack};
 
 use super::{Cell, Column, Hooks, Sink, Table};
 use crate::bar::breaking::{self, Breaking};
-use crate::bar::{Bar, End, Scheme, Snapshot, motion, shocks};
+use crate::bar::{Bar, End, Law1d, Scheme, Snapshot, motion, shocks};
 use crate::error::{Error, Result};
 use crate::scene::{BarScene, Scene, Units};
-use track::Tracker;
+pub(in crate::study) use track::Tracker;
 
 /// Largest number of times and places in the stored field.
 const FIELD_TIMES: usize = 400;

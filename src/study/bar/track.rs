@@ -29,7 +29,9 @@ pub struct ShockTrack {
 
 /// Connects the shocks of one time with those of the previous time.
 #[derive(Default)]
-pub(super) struct Tracker {
+pub(in crate::study) struct Tracker {
+    /// True if shocks may stand, with a speed of either sign.
+    standing: bool,
     open: Vec<ShockTrack>,
     done: Vec<ShockTrack>,
 }
@@ -38,6 +40,14 @@ pub(super) struct Tracker {
 const STRAY: f64 = 0.5;
 
 impl Tracker {
+    /// For shocks that may stand.
+    pub fn of_standing() -> Self {
+        Self {
+            standing: true,
+            ..Self::default()
+        }
+    }
+
     pub fn look(&mut self, time: f64, found: &[Shock], cell: f64) {
         let mut left: Vec<&Shock> = found.iter().collect();
         let mut open = Vec::new();
@@ -46,7 +56,8 @@ impl Tracker {
             let step = last.speed * (time - last.time);
             let off = |shock: &Shock| (shock.position - last.position - step).abs();
             let same = |shock: &Shock| {
-                shock.speed * last.speed > 0.0 && off(shock) <= STRAY * step.abs() + cell
+                let goes_on = shock.speed * last.speed > 0.0 || self.standing && step.abs() <= cell;
+                goes_on && off(shock) <= STRAY * step.abs() + cell
             };
             let near = (0..left.len())
                 .filter(|i| same(left[*i]))

@@ -1,7 +1,7 @@
 //! Branches of an assembly.
 
 use super::follow::TYPICAL_WRENCH;
-use super::subject::{BranchState, INDEX, LoadClass, Subject};
+use super::subject::{BranchState, INDEX, LoadClass, Subject, VariedScene};
 use crate::assembly::{Assembly, AssemblyFamily, CriticalMotion};
 use crate::error::{Error, Result};
 use crate::full_mass::held_vibrations::{Massive, Sweep, resistance};
@@ -47,7 +47,12 @@ fn assemblies_over(scene: &Scene, parameter: Parameter) -> Maker {
 /// Tolerance of the integration along the rods: [`INTEGRATION_TOLERANCE_RATIO`] of that of the points, at least
 /// [`FINEST`].
 fn tolerance(scene: &Scene) -> f64 {
-    (INTEGRATION_TOLERANCE_RATIO * scene.solve.tolerance).max(FINEST)
+    along(scene.solve.tolerance)
+}
+
+/// Tolerance of the integration along the rods for points of this tolerance.
+fn along(tolerance: f64) -> f64 {
+    (INTEGRATION_TOLERANCE_RATIO * tolerance).max(FINEST)
 }
 
 impl<'a> Assembled<'a> {
@@ -97,10 +102,11 @@ fn placed(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
 }
 
 impl Subject for Assembled<'_> {
-    fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_> {
-        let at = assemblies_over(scene, parameter);
-        // No parameter of an assembly changes its rods.
-        Box::new(self.from_start.over(at, false, span, tolerance(scene)))
+    fn family<'s>(&'s self, scenes: VariedScene<'s>, span: f64) -> Box<dyn Family + 's> {
+        let along = along(scenes.tolerance);
+        let changes_rods = scenes.changes_rods;
+        let at = move |p: f64| Ok(AssemblySetup::new(&(scenes.at)(p)?)?.assembly);
+        Box::new(self.from_start.over(at, changes_rods, span, along))
     }
 
     fn finest(&self) -> f64 {

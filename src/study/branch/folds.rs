@@ -5,7 +5,7 @@ use super::follow::{
 };
 use super::other_tolerances;
 use super::record::{self, CurveRecord, CurveSet};
-use super::subject::Subject;
+use super::subject::{Subject, VariedScene};
 use crate::error::Result;
 use crate::scene::{Continue, Scene, Second};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
@@ -46,11 +46,11 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         let other = scene.clone();
         let in_p = move |q: f64| {
             let scene = scene.with(&second.parameter, q);
-            subject.family(&scene, wanted.parameter, part * p_span)
+            subject.family(VariedScene::over(&scene, wanted.parameter), part * p_span)
         };
         let in_q = move |p: f64| {
             let scene = other.with(&wanted.parameter, p);
-            subject.family(&scene, second.parameter, part * q_span)
+            subject.family(VariedScene::over(&scene, second.parameter), part * q_span)
         };
         Crossed::new(in_p, in_q, size, unit)
     };

@@ -12,7 +12,7 @@ mod touched;
 
 pub use record::{
     BranchMass, BranchRecord, ContactAt, CurveRecord, CurveSet, DeflationRecord, FoldCurves,
-    ShapeRecord, SpecialPoint,
+    PointDerivative, ShapeRecord, SpecialPoint,
 };
 
 use super::Hooks;
@@ -21,7 +21,8 @@ use crate::rod::{
     BothEnds, Chart, ChosenPath, Equilibrium, Path, Problem, ProblemChart, RodFamily, Spatial,
     Wrench,
 };
-use crate::scene::{Continue, Parameter, Scene};
+use crate::scene::{Continue, Parameter, ScalarField, Scene};
+use crate::solve::implicit_derivative::{Critical, Rate};
 use crate::solve::special_points::SpecialKind;
 use assembled::Assembled;
 pub(in crate::study) use assembled::guesses;
@@ -30,7 +31,7 @@ pub(in crate::study) use follow::SAME_EQUILIBRIUM;
 use follow::{Located, Study, Watch};
 use nalgebra::DVector;
 use rod::SingleRod;
-use subject::{LoadClass, Subject};
+use subject::{GeneralPoint, LoadClass, Subject, VariedScene};
 
 /// Follows the branch that the `[continue]` of the scene describes, and the further branches requested there.
 ///
@@ -67,16 +68,29 @@ use subject::{LoadClass, Subject};
 /// A scene without `[continue]`; no equilibrium at its start; a requested solution path (e.g. closed form) that fails
 /// along the branch.
 pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
+    branch_by(scene, &[], hooks)
+}
+
+/// [`branch()`] with the derivatives of the folds and branch points by fields of the scene.
+///
+/// # Errors
+/// As [`branch()`]; derivatives of rods among obstacles.
+pub fn branch_by(scene: &Scene, by: &[ScalarField], hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     let Some(wanted) = &scene.continuation else {
         return Err(missing(scene));
     };
     if scene.is_assembly() {
         let in_units = |e| scene.in_own_units(e);
         let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
-        let record = followed(scene, wanted, &subject, x, hooks).map_err(in_units)?;
+        let record = followed(scene, wanted, (&subject, by), x, hooks).map_err(in_units)?;
         return record.ok_or_else(left_chart_error);
     }
     if !scene.obstacles.is_empty() {
+        if !by.is_empty() {
+            return Err(Error::domain(
+                "derivatives of special points are not computed for rods among obstacles; leave out [[obstacle]], or take differences of a sweep",
+            ));
+        }
         return touched::branch(scene, wanted, hooks);
     }
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
@@ -95,21 +109,21 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     } else {
         match charted {
             ProblemChart::Spatial(chart) => (
-                follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
+                follow_in_chart(scene, (wanted, by), chart, base, while_slack, hooks)?,
                 None,
             ),
             ProblemChart::FreeEnd(chart) => (
-                follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
+                follow_in_chart(scene, (wanted, by), chart, base, while_slack, hooks)?,
                 None,
             ),
             ProblemChart::Planar(chart) => (
-                follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
+                follow_in_chart(scene, (wanted, by), chart, base, while_slack, hooks)?,
                 Some(chart),
             ),
             ProblemChart::ClosedForm(chart) => {
                 let plane = *chart.plane();
                 (
-                    follow_in_chart(scene, wanted, chart, base, while_slack, hooks)?,
+                    follow_in_chart(scene, (wanted, by), chart, base, while_slack, hooks)?,
                     Some(plane),
                 )
             }
@@ -125,7 +139,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
                       is taut"
                     .to_owned(),
             };
-            let record = follow_in_chart(scene, wanted, Spatial, base, false, hooks)?;
+            let record = follow_in_chart(scene, (wanted, by), Spatial, base, false, hooks)?;
             record.ok_or_else(left_chart_error)?
         }
         None => {
@@ -136,7 +150,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
             };
             let record = follow_in_chart(
                 scene,
-                wanted,
+                (wanted, by),
                 BothEnds::new(&first, plane),
                 base,
                 false,
@@ -154,7 +168,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
 /// Follows all branches in one chart; `None` if `while_slack` and the rod becomes taut on the branch.
 fn follow_in_chart<C: Chart + Clone + 'static>(
     scene: &Scene,
-    wanted: &Continue,
+    (wanted, by): (&Continue, &[ScalarField]),
     chart: C,
     base: &Wrench,
     while_slack: bool,
@@ -167,7 +181,7 @@ fn follow_in_chart<C: Chart + Clone + 'static>(
         chart,
         while_slack,
     };
-    followed(scene, wanted, &rod, x, hooks)
+    followed(scene, wanted, (&rod, by), x, hooks)
 }
 
 /// Error for a branch that leaves unknowns expected to be valid everywhere.
@@ -247,14 +261,15 @@ fn chart_for_branch(
 fn followed(
     scene: &Scene,
     wanted: &Continue,
-    subject: &dyn Subject,
+    (subject, by): (&dyn Subject, &[ScalarField]),
     x: DVector<f64>,
     hooks: &mut dyn Hooks,
 ) -> Result<Option<BranchRecord>> {
     let span = wanted.to - wanted.from;
-    let family = subject.family(scene, wanted.parameter, span);
-    let others = other_tolerances(scene, subject.finest())
-        .map(|(scene, part)| subject.family(&scene, wanted.parameter, part * span));
+    let family = subject.family(VariedScene::over(scene, wanted.parameter), span);
+    let others = other_tolerances(scene, subject.finest()).map(|(scene, part)| {
+        subject.family(VariedScene::over(&scene, wanted.parameter), part * span)
+    });
     let others = others.each_ref().map(|family| &**family);
     let stations = if wanted.deflate {
         search::values(wanted)
@@ -316,7 +331,10 @@ fn followed(
         })
     };
     let specials = study.located.iter();
-    let specials = specials.map(|at| at.record(None, fold(at)));
+    let specials = specials.map(|at| SpecialPoint {
+        derivatives: derivatives(&study, at, by),
+        ..at.record(None, fold(at))
+    });
     let leaves = |special: SpecialPoint| SpecialPoint {
         out_of_plane: subject.is_planar() && special.is_odd_change(),
         ..special
@@ -346,6 +364,49 @@ fn followed(
         lost: study.lost,
         interrupted: study.watch.interrupted,
     }))
+}
+
+/// Derivatives of the parameter at a special point by fields of the scene.
+fn derivatives(study: &Study<'_>, at: &Located, by: &[ScalarField]) -> Vec<PointDerivative> {
+    let (wanted, point) = (study.wanted, &at.special.point);
+    let tolerance = study.subject.finest();
+    let mut scene = study.scene.clone();
+    scene.solve.tolerance = tolerance;
+    let rate = |field: &ScalarField| -> Result<Rate> {
+        let there = scene.with(&wanted.parameter, point.p);
+        let general = study.subject.in_general(&there, &point.x)?;
+        let (subject, x) = match &general {
+            Some(GeneralPoint { subject, x }) => (&**subject, x),
+            None => (study.subject, &point.x),
+        };
+        let scenes = VariedScene::over(&scene, wanted.parameter);
+        let family = subject.family(scenes, wanted.to - wanted.from);
+        let critical = Critical {
+            family: &*family,
+            x,
+            p: point.p,
+        };
+        let at_point = (wanted.parameter, point.p);
+        let other = subject.family(VariedScene::by(field, at_point, tolerance), 1.0);
+        match at.special.kind {
+            _ if !at.special.is_converged() => Err(Error::domain(
+                "the point is only a guess, and has no derivative",
+            )),
+            SpecialKind::Fold => critical.of_fold(&*other, field.value),
+            SpecialKind::BranchPoint => critical.of_branch_point(&*other, field.value),
+            SpecialKind::StabilityChange | SpecialKind::Event | SpecialKind::Cusp => {
+                Err(Error::domain(
+                    "derivatives are those of folds and branch points: this point shows in the index alone, as where a rod leaves the \
+                     plane of its branch; set solve.path = \"spatial\" to see it as a branch point",
+                ))
+            }
+        }
+    };
+    let each = by.iter().map(|field| PointDerivative {
+        field: field.path.clone(),
+        rate: rate(field).map_err(|why| study.scene.in_own_units(why).to_string()),
+    });
+    each.collect()
 }
 
 /// Class of the loads over all ranges: the worst at their ends, since a load that vanishes at one end looks

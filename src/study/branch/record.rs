@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::rod::contact::ContactEventKind;
 use crate::rod::{ChosenPath, RodSection};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
+use crate::solve::implicit_derivative::Rate;
 use crate::solve::special_points::{SpecialKind, Status};
 use crate::study::neglected_mass::{FoldAtRest, MassEffect};
 use crate::study::record::{Cell, Column, Table};
@@ -119,6 +120,17 @@ pub struct SpecialPoint {
     pub out_of_plane: bool,
     /// At a fold of a branch: normal form of the dynamics with which a rod of known mass departs.
     pub fold: Option<FoldAtRest>,
+    /// Derivatives of the parameter by the fields asked for.
+    pub derivatives: Vec<PointDerivative>,
+}
+
+/// Derivative of the parameter at a special point by a field of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointDerivative {
+    /// Path of the field.
+    pub field: String,
+    /// The derivative with an estimated error, or the reason why none exists.
+    pub rate: std::result::Result<Rate, String>,
 }
 
 /// Event of a contact on a branch.
@@ -332,6 +344,7 @@ impl Located {
             },
             out_of_plane: false,
             fold,
+            derivatives: Vec::new(),
         }
     }
 }
@@ -393,9 +406,28 @@ impl SpecialPoint {
                 if let Some(fold) = &self.fold {
                     object["fold"] = fold.json();
                 }
+                if !self.derivatives.is_empty() {
+                    derivatives_into(&mut object, &self.derivatives);
+                }
             }
         }
         object
+    }
+}
+
+/// Adds `derivatives`, `derivative_errors` and, where some are missing, `no_derivatives`.
+fn derivatives_into(object: &mut Value, all: &[PointDerivative]) {
+    for PointDerivative { field, rate } in all {
+        match rate {
+            Ok(Rate { value, error }) => {
+                object["derivatives"][field] = json!(value);
+                object["derivative_errors"][field] = json!(error);
+            }
+            Err(why) => {
+                object["derivatives"][field] = Value::Null;
+                object["no_derivatives"][field] = why.as_str().into();
+            }
+        }
     }
 }
 

@@ -2,11 +2,11 @@
 
 use super::FINEST;
 use super::follow::TYPICAL_WRENCH;
-use super::subject::{BranchState, INDEX, LoadClass, Subject};
+use super::subject::{BranchState, GeneralPoint, INDEX, LoadClass, Subject, VariedScene};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::full_mass::held_vibrations::{Sweep, resistance};
-use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical, Wrench, ZeroMode};
-use crate::scene::{Continue, Parameter, Scales, Scene};
+use crate::rod::{Chart, Problem, RodFamily, RodSection, Spatial, Statical, Wrench, ZeroMode};
+use crate::scene::{Continue, Scales, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
 use crate::study::neglected_mass::{FoldAtRest, MassEffect, MassOrigin, standing};
@@ -37,12 +37,29 @@ impl<C: Chart + Clone> SingleRod<'_, C> {
 }
 
 impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
-    fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_> {
-        let scene = scene.clone();
-        let problem = move |p: f64| scene.with(&parameter, p).problem();
-        let changes_rod = parameter.changes_rod();
+    fn family<'s>(&'s self, scenes: VariedScene<'s>, span: f64) -> Box<dyn Family + 's> {
+        let changes_rods = scenes.changes_rods;
+        let problem = move |p: f64| (scenes.at)(p)?.problem();
         let chart = self.chart.clone();
-        Box::new(RodFamily::in_chart(problem, changes_rod, span, chart))
+        Box::new(RodFamily::in_chart(problem, changes_rods, span, chart))
+    }
+
+    fn in_general(&self, scene: &Scene, x: &DVector<f64>) -> Result<Option<GeneralPoint<'_>>> {
+        let problem = scene.problem()?;
+        let state = self.at(&problem, x)?;
+        if problem.is_taut(&state.base, &state.end) {
+            return Ok(None);
+        }
+        let subject = SingleRod {
+            scene: self.scene,
+            chart: Spatial,
+            while_slack: false,
+        };
+        let wrench = self.chart.wrench(&problem, x)?;
+        Ok(Some(GeneralPoint {
+            subject: Box::new(subject),
+            x: DVector::from_column_slice(wrench.as_slice()),
+        }))
     }
 
     fn finest(&self) -> f64 {

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::rod::RodSection;
-use crate::scene::{Continue, Parameter, Scene};
+use crate::scene::{Continue, Parameter, ScalarField, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
 use crate::study::Column;
@@ -17,6 +17,46 @@ pub struct BranchState {
     pub left_over: f64,
     /// True if the equilibrium has left the domain of the unknowns, so that the branch needs another chart.
     pub left: bool,
+}
+
+/// A scene as a function of one of its numbers.
+pub struct VariedScene<'a> {
+    /// The scene at a value of the number.
+    pub at: Box<dyn Fn(f64) -> Result<Scene> + 'a>,
+    /// True if the rods, or the loads along them, depend on the number.
+    pub changes_rods: bool,
+    /// Tolerance of the equilibria.
+    pub tolerance: f64,
+}
+
+impl VariedScene<'_> {
+    /// The scene as a function of a parameter.
+    pub fn over(scene: &Scene, parameter: Parameter) -> Self {
+        let tolerance = scene.solve.tolerance;
+        // No parameter of a branch changes the rods of an assembly.
+        let changes_rods = parameter.changes_rod() && scene.assembly().is_none();
+        let scene = scene.clone();
+        Self {
+            at: Box::new(move |p| Ok(scene.with(&parameter, p))),
+            changes_rods,
+            tolerance,
+        }
+    }
+}
+
+impl<'a> VariedScene<'a> {
+    /// The scene at the value `p` of a parameter as a function of a field, with equilibria of this tolerance.
+    pub fn by(field: &'a ScalarField, (parameter, p): (Parameter, f64), tolerance: f64) -> Self {
+        Self {
+            at: Box::new(move |value| {
+                let mut scene = field.scene(value)?.with(&parameter, p);
+                scene.solve.tolerance = tolerance;
+                Ok(scene)
+            }),
+            changes_rods: true,
+            tolerance,
+        }
+    }
 }
 
 /// Meaning of the index column.
@@ -60,11 +100,25 @@ impl LoadClass {
     }
 }
 
+/// An equilibrium as one of a subject whose equations hold for every change of the scene.
+pub struct GeneralPoint<'a> {
+    pub subject: Box<dyn Subject + 'a>,
+    pub x: DVector<f64>,
+}
+
 /// A rod or an assembly whose branches are followed, all in the same unknowns.
 pub trait Subject {
-    /// Equilibria of a scene as functions of one parameter. Difference steps in the parameter may be proportional to
-    /// `span`.
-    fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_>;
+    /// Equilibria of scenes that differ in one number. Difference steps in the number may be proportional to `span`.
+    fn family<'s>(&'s self, scenes: VariedScene<'s>, span: f64) -> Box<dyn Family + 's>;
+
+    /// The equilibrium `x` of a scene in equations that hold for every change of the scene; `None` if those of this
+    /// subject do. Fields by which derivatives are asked may leave a chart.
+    ///
+    /// # Errors
+    /// Those of the scene and of its rods.
+    fn in_general(&self, _scene: &Scene, _x: &DVector<f64>) -> Result<Option<GeneralPoint<'_>>> {
+        Ok(None)
+    }
 
     /// Tightest tolerance of a scene that still refines the integration along the rods.
     fn finest(&self) -> f64;

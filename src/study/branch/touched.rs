@@ -224,6 +224,7 @@ fn specials(scene: &Scene, found: &ContactBranch) -> Vec<SpecialPoint> {
             index: [event.index.0, event.index.1],
             out_of_plane: false,
             fold: None,
+            derivatives: Vec::new(),
         }
     };
     each.map(special).collect()

@@ -1,10 +1,13 @@
-//! Export of a motion: poses of bodies and shapes of rods at given times, as NumPy arrays and ParaView files.
+//! Export of a motion: poses of bodies and shapes of rods at given times, as NumPy arrays, for ParaView and as glTF.
 
+mod gltf;
+mod hdf5;
 mod npz;
 mod vtk;
 
+pub use gltf::gltf;
 pub use npz::{Array, npz};
-pub use vtk::{vtk_collection, vtk_frame};
+pub use vtk::vtk;
 
 use super::Hooks;
 use super::run::{Moment, Prepared, Shapes, shapes::at_times};

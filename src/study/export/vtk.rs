@@ -1,129 +1,190 @@
-//! ParaView and VTK files in XML: an unstructured grid (VTU) for each time, and a collection (PVD) of the grids with
-//! their times.
+//! A motion for ParaView and VTK: one file with all times, in the format VTKHDF (unstructured grids over time).
 
 use super::Posed;
-use nalgebra::{Isometry3, UnitQuaternion};
-use std::fmt::Write;
+use super::hdf5::{Attribute, Dataset, Group, file};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 /// Numbers of cell types in VTK.
 const VERTEX: u8 = 1;
 const POLYLINE: u8 = 4;
 
-/// Rods as lines, bodies and places of contacts as points. Point data: `d1`, `d2`, `d3`, the directors of a section or
-/// axes of a body frame; `s`, the arclength in the unstrained rod (0 for a body); `velocity` of bodies (0 for sections,
-/// whose velocities are not computed). A run with contacts has `contact_force`, the force on the body. Cell data:
-/// `rod`, the index of the rod, and `body`, the index of the body; -1 for others.
-pub fn vtk_frame(at: &Posed) -> String {
-    let mut points: Vec<(f64, Isometry3<f64>, [f64; 3])> = Vec::new();
-    let mut cells: Vec<(u8, usize, [i64; 2])> = Vec::new();
-    for (k, rod) in at.rods.iter().enumerate().filter(|(_, rod)| rod.len() > 1) {
-        points.extend(rod.iter().map(|(s, pose)| (*s, *pose, [0.0; 3])));
-        cells.push((POLYLINE, points.len(), [k as i64, -1]));
-    }
-    for (k, body) in at.now.bodies.iter().enumerate() {
-        points.push((0.0, body.pose, body.velocity.into()));
-        cells.push((VERTEX, points.len(), [-1, k as i64]));
-    }
-    let mut forces = vec![[0.0; 3]; points.len()];
-    for contact in at.now.contact.iter().flat_map(|all| &all.contacts) {
-        let place = Isometry3::from_parts(contact.point.into(), UnitQuaternion::identity());
-        points.push((0.0, place, [0.0; 3]));
-        cells.push((VERTEX, points.len(), [-1, -1]));
-        forces.push((contact.normal * contact.normal_force + contact.friction).into());
-    }
-    let axis = |i: usize| {
-        let axes = points.iter().map(move |(_, pose, _)| {
-            let axis = pose
-                .rotation
-                .to_rotation_matrix()
-                .matrix()
-                .column(i)
-                .into_owned();
-            [axis.x, axis.y, axis.z]
-        });
-        axes.collect::<Vec<_>>()
+/// Rods as lines, bodies and places of contacts as points, at all times of a motion: the bytes of a `.vtkhdf` file.
+///
+/// Point data: `d1`, `d2`, `d3`, the directors of a section or axes of a body frame; `s`, the arclength in the
+/// unstrained rod (0 for a body); `velocity` of bodies (0 for sections, whose velocities are not computed). A motion
+/// with contacts has `contact_force`, the force on the body. Cell data: `rod`, the index of the rod, and `body`, the
+/// index of the body; -1 for others.
+pub fn vtk(moments: &[Posed]) -> Vec<u8> {
+    let grids: Vec<Grid> = moments.iter().map(Grid::of).collect();
+    let points = || grids.iter().flat_map(|grid| &grid.points);
+    let cells = || grids.iter().flat_map(|grid| &grid.cells);
+    let total = points().count();
+    let three = |name: &str, of: &dyn Fn(&Point) -> Vector3<f64>| {
+        let values = points().map(of).collect::<Vec<_>>();
+        Dataset::reals(name, &[total, 3], values.iter().flatten().copied())
     };
-    let places: Vec<[f64; 3]> = points
-        .iter()
-        .map(|(_, pose, _)| pose.translation.vector.into())
-        .collect();
-    let velocities: Vec<[f64; 3]> = points.iter().map(|(.., velocity)| *velocity).collect();
-    let ends = cells.iter().map(|(_, end, _)| *end);
-    let mut text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n\
-         <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-        points.len(),
-        cells.len()
-    );
-    text += "<PointData>\n";
-    array(&mut text, "Float64", "s", points.iter().map(|(s, ..)| [*s]));
-    for (i, name) in ["d1", "d2", "d3"].into_iter().enumerate() {
-        array(&mut text, "Float64", name, axis(i));
+    let axis = |i: usize| {
+        move |point: &Point| {
+            let turned = point.pose.rotation.to_rotation_matrix();
+            turned.matrix().column(i).into_owned()
+        }
+    };
+    let mut point_data = vec![
+        Dataset::reals("s", &[total], points().map(|point| point.s)),
+        three("d1", &axis(0)),
+        three("d2", &axis(1)),
+        three("d3", &axis(2)),
+        three("velocity", &|point| point.velocity),
+    ];
+    if moments.iter().any(|at| at.now.contact.is_some()) {
+        point_data.push(three("contact_force", &|point| point.force));
     }
-    array(&mut text, "Float64", "velocity", velocities);
-    if at.now.contact.is_some() {
-        array(&mut text, "Float64", "contact_force", forces);
-    }
-    text += "</PointData>\n<CellData>\n";
-    array(
-        &mut text,
-        "Int64",
-        "rod",
-        cells.iter().map(|(.., of)| [of[0]]),
-    );
-    array(
-        &mut text,
-        "Int64",
-        "body",
-        cells.iter().map(|(.., of)| [of[1]]),
-    );
-    text += "</CellData>\n<Points>\n";
-    array(&mut text, "Float64", "position", places);
-    text += "</Points>\n<Cells>\n";
-    array(
-        &mut text,
-        "Int64",
-        "connectivity",
-        (0..points.len()).map(|i| [i]),
-    );
-    array(&mut text, "Int64", "offsets", ends.map(|end| [end]));
-    array(
-        &mut text,
-        "UInt8",
-        "types",
-        cells.iter().map(|(kind, ..)| [*kind]),
-    );
-    text += "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
-    text
+    let cell_data = vec![
+        Dataset::whole("rod", cells().map(|cell| cell.of[0])),
+        Dataset::whole("body", cells().map(|cell| cell.of[1])),
+    ];
+    // Where each time begins in the arrays of points and of cells.
+    let point_starts = starts(grids.iter().map(|grid| grid.points.len()));
+    let cell_starts = starts(grids.iter().map(|grid| grid.cells.len()));
+    let offsets_of = |data: &[Dataset], starts: &[i64]| -> Vec<Dataset> {
+        let offset = |set: &Dataset| Dataset::whole(&set.name, starts.iter().copied());
+        data.iter().map(offset).collect()
+    };
+    let steps = Group {
+        name: "Steps",
+        attributes: vec![Attribute::Whole("NSteps", vec![grids.len() as i64])],
+        groups: vec![
+            Group {
+                name: "PointDataOffsets",
+                datasets: offsets_of(&point_data, &point_starts),
+                ..Group::default()
+            },
+            Group {
+                name: "CellDataOffsets",
+                datasets: offsets_of(&cell_data, &cell_starts),
+                ..Group::default()
+            },
+        ],
+        datasets: vec![
+            Dataset::reals("Values", &[grids.len()], moments.iter().map(|at| at.now.t)),
+            Dataset::whole("PartOffsets", 0..grids.len() as i64),
+            Dataset::whole("NumberOfParts", grids.iter().map(|_| 1)),
+            Dataset::whole("PointOffsets", point_starts.iter().copied()),
+            Dataset::whole("CellOffsets", cell_starts.iter().copied()),
+            Dataset::whole("ConnectivityIdOffsets", point_starts.iter().copied()),
+        ],
+    };
+    let lengths = |of: fn(&Grid) -> usize| grids.iter().map(move |grid| of(grid) as i64);
+    // Each point belongs to one cell, in the order of the points.
+    let connectivity = grids.iter().flat_map(|grid| 0..grid.points.len() as i64);
+    let ends = grids.iter().flat_map(|grid| {
+        let ends = grid.cells.iter().map(|cell| cell.end as i64);
+        std::iter::once(0).chain(ends)
+    });
+    file(vec![Group {
+        name: "VTKHDF",
+        attributes: vec![
+            Attribute::Whole("Version", vec![2, 0]),
+            Attribute::Text("Type", "UnstructuredGrid"),
+        ],
+        datasets: vec![
+            Dataset::whole("NumberOfPoints", lengths(|grid| grid.points.len())),
+            Dataset::whole("NumberOfCells", lengths(|grid| grid.cells.len())),
+            Dataset::whole("NumberOfConnectivityIds", lengths(|grid| grid.points.len())),
+            three("Points", &|point| point.pose.translation.vector),
+            Dataset::whole("Connectivity", connectivity),
+            Dataset::whole("Offsets", ends),
+            Dataset::bytes("Types", cells().map(|cell| cell.kind).collect()),
+        ],
+        groups: vec![
+            Group {
+                name: "PointData",
+                datasets: point_data,
+                ..Group::default()
+            },
+            Group {
+                name: "CellData",
+                datasets: cell_data,
+                ..Group::default()
+            },
+            steps,
+        ],
+    }])
 }
 
-/// XML data array with a line for each tuple.
-fn array<T: std::fmt::Debug, const N: usize>(
-    text: &mut String,
-    kind: &str,
-    name: &str,
-    values: impl IntoIterator<Item = [T; N]>,
-) {
-    let _ = writeln!(
-        text,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{N}\" format=\"ascii\">"
-    );
-    for value in values {
-        let numbers = value.map(|x| format!("{x:?}"));
-        *text += &numbers.join(" ");
-        text.push('\n');
-    }
-    *text += "</DataArray>\n";
+/// The sums of all lengths before each.
+fn starts(lengths: impl Iterator<Item = usize>) -> Vec<i64> {
+    let before = lengths.scan(0, |sum, length| {
+        let start = *sum;
+        *sum += length as i64;
+        Some(start)
+    });
+    before.collect()
 }
 
-/// Collection file from the times and names of the grid files.
-pub fn vtk_collection(files: &[(f64, String)]) -> String {
-    let mut text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n".to_owned();
-    for (t, file) in files {
-        let _ = writeln!(
-            text,
-            "<DataSet timestep=\"{t}\" part=\"0\" file=\"{file}\"/>"
-        );
+/// A point of a grid.
+struct Point {
+    s: f64,
+    pose: Isometry3<f64>,
+    velocity: Vector3<f64>,
+    force: Vector3<f64>,
+}
+
+impl Point {
+    fn at(s: f64, pose: Isometry3<f64>) -> Self {
+        let (velocity, force) = (Vector3::zeros(), Vector3::zeros());
+        Self {
+            s,
+            pose,
+            velocity,
+            force,
+        }
     }
-    text + "</Collection>\n</VTKFile>\n"
+}
+
+/// A cell with points up to before `end`: the indices of the rod and of the body, or -1.
+struct GridCell {
+    kind: u8,
+    end: usize,
+    of: [i64; 2],
+}
+
+/// The grid of one time.
+#[derive(Default)]
+struct Grid {
+    points: Vec<Point>,
+    cells: Vec<GridCell>,
+}
+
+impl Grid {
+    fn of(at: &Posed) -> Self {
+        let mut grid = Self::default();
+        for (k, rod) in at.rods.iter().enumerate().filter(|(_, rod)| rod.len() > 1) {
+            let sections = rod.iter().map(|(s, pose)| Point::at(*s, *pose));
+            grid.points.extend(sections);
+            grid.close(POLYLINE, [k as i64, -1]);
+        }
+        for (k, body) in at.now.bodies.iter().enumerate() {
+            grid.points.push(Point {
+                velocity: body.velocity,
+                ..Point::at(0.0, body.pose)
+            });
+            grid.close(VERTEX, [-1, k as i64]);
+        }
+        for contact in at.now.contact.iter().flat_map(|all| &all.contacts) {
+            let pose = Isometry3::from_parts(contact.point.into(), UnitQuaternion::identity());
+            grid.points.push(Point {
+                force: contact.normal * contact.normal_force + contact.friction,
+                ..Point::at(0.0, pose)
+            });
+            grid.close(VERTEX, [-1, -1]);
+        }
+        grid
+    }
+
+    /// Ends a cell with the last point.
+    fn close(&mut self, kind: u8, of: [i64; 2]) {
+        let end = self.points.len();
+        self.cells.push(GridCell { kind, end, of });
+    }
 }

@@ -16,8 +16,23 @@ const GAIN: f64 = 1e-12;
 const DAMPING: f64 = 1e-3;
 const MOST_DAMPING: f64 = 1e12;
 
-/// Residuals at a point of the box [0, 1]^n; `None` where the model fails.
-pub(super) type Residuals<'r> = dyn FnMut(&[f64]) -> Result<Option<DVector<f64>>> + 'r;
+/// Residuals over the box [0, 1]^n.
+pub(super) trait Model {
+    /// Residuals at a point; `None` where the model fails.
+    ///
+    /// # Errors
+    /// An end of the search, such as an interrupt.
+    fn residuals(&mut self, at: &[f64]) -> Result<Option<DVector<f64>>>;
+
+    /// Derivatives of the residuals by the coordinates, with their estimated errors; `None` where the model does not
+    /// have them, and differences serve.
+    ///
+    /// # Errors
+    /// An end of the search, such as an interrupt.
+    fn slopes(&mut self, _at: &[f64]) -> Result<Option<[DMatrix<f64>; 2]>> {
+        Ok(None)
+    }
+}
 
 /// A local minimum of the sum of squares.
 #[derive(Debug, Clone)]
@@ -26,8 +41,8 @@ pub(super) struct LocalMinimum {
     pub residuals: DVector<f64>,
     /// Derivatives of the residuals by the coordinates of the box.
     pub slopes: DMatrix<f64>,
-    /// Change of the derivatives when the step is halved. It exceeds their errors from the step, from rounding and
-    /// from the tolerance of the model.
+    /// Estimated errors of the model's own derivatives. For differences: the change of the derivatives when the step
+    /// is halved, which exceeds their errors from the step, from rounding and from the tolerance of the model.
     pub doubts: DMatrix<f64>,
     /// False if the search ended before convergence.
     pub settled: bool,
@@ -38,27 +53,46 @@ impl LocalMinimum {
     ///
     /// # Errors
     /// Those of the residuals.
-    pub fn from(start: &[f64], of: &mut Residuals) -> Result<Option<Self>> {
-        let Some(residuals) = of(start)? else {
+    pub fn from(start: &[f64], of: &mut dyn Model) -> Result<Option<Self>> {
+        let Some(residuals) = of.residuals(start)? else {
             return Ok(None);
         };
-        let slopes = derivatives(start, &residuals, DIFFERENCE, of)?;
+        let empty = DMatrix::zeros(0, 0);
         let mut here = Self {
             at: start.to_vec(),
             residuals,
-            doubts: slopes.clone(),
-            slopes,
+            doubts: empty.clone(),
+            slopes: empty,
             settled: false,
         };
+        let mut own = here.linearise(of)?;
         let mut damping = DAMPING;
         for _ in 0..STEPS {
-            if !here.step(&mut damping, of)? {
+            let before = here.at.clone();
+            let goes_on = here.step(&mut damping, of)?;
+            if here.at != before {
+                own = here.linearise(of)?;
+            }
+            if !goes_on {
                 here.settled = true;
                 break;
             }
         }
-        here.doubts = &here.slopes - derivatives(&here.at, &here.residuals, 0.5 * DIFFERENCE, of)?;
+        if !own {
+            here.doubts =
+                &here.slopes - derivatives(&here.at, &here.residuals, 0.5 * DIFFERENCE, of)?;
+        }
         Ok(Some(here))
+    }
+
+    /// Sets the derivatives at the point; true for the model's own derivatives with errors.
+    fn linearise(&mut self, of: &mut dyn Model) -> Result<bool> {
+        if let Some([slopes, doubts]) = of.slopes(&self.at)? {
+            (self.slopes, self.doubts) = (slopes, doubts);
+            return Ok(true);
+        }
+        self.slopes = derivatives(&self.at, &self.residuals, DIFFERENCE, of)?;
+        Ok(false)
     }
 
     /// The sum of squares.
@@ -66,8 +100,9 @@ impl LocalMinimum {
         self.residuals.norm_squared()
     }
 
-    /// One step that reduces the sum of squares; false if none is found.
-    fn step(&mut self, damping: &mut f64, of: &mut Residuals) -> Result<bool> {
+    /// One step that reduces the sum of squares; false if none is found, or if the gain is rounding. Derivatives stay
+    /// those of the point before.
+    fn step(&mut self, damping: &mut f64, of: &mut dyn Model) -> Result<bool> {
         let gradient = self.slopes.tr_mul(&self.residuals);
         let seen = is_seen(&self.slopes);
         // Coordinates are fixed on a wall if the sum decreases outwards, and where the residuals do not depend on
@@ -111,7 +146,7 @@ impl LocalMinimum {
                 return Ok(false);
             }
             let promised = self.square() - (&self.residuals + &self.slopes * &moved).norm_squared();
-            if let Some(residuals) = of(&trial)?
+            if let Some(residuals) = of.residuals(&trial)?
                 && residuals.norm_squared() < self.square()
             {
                 let gain = self.square() - residuals.norm_squared();
@@ -120,7 +155,6 @@ impl LocalMinimum {
                 let held = (gain / promised.max(f64::MIN_POSITIVE)).min(2.0);
                 *damping *= (1.0 - (2.0 * held - 1.0).powi(3)).max(1.0 / 3.0);
                 *damping = damping.max(1e-14);
-                self.slopes = derivatives(&trial, &residuals, DIFFERENCE, of)?;
                 self.at = trial;
                 self.residuals = residuals;
                 return Ok(!done);
@@ -155,14 +189,14 @@ fn derivatives(
     at: &[f64],
     here: &DVector<f64>,
     step: f64,
-    of: &mut Residuals,
+    of: &mut dyn Model,
 ) -> Result<DMatrix<f64>> {
     let mut slopes = DMatrix::zeros(here.len(), at.len());
     for j in 0..at.len() {
         let mut side = |x: f64| -> Result<Option<(f64, DVector<f64>)>> {
             let mut there = at.to_vec();
             there[j] = x.clamp(0.0, 1.0);
-            Ok(of(&there)?.map(|residuals| (there[j], residuals)))
+            Ok(of.residuals(&there)?.map(|residuals| (there[j], residuals)))
         };
         let own = || (at[j], here.clone());
         let (low, below) = side(at[j] - step)?.unwrap_or_else(own);

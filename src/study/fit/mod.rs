@@ -9,6 +9,7 @@ mod data;
 mod least;
 mod noise;
 mod record;
+mod slopes;
 
 pub use data::Data;
 pub use record::{FitColumn, FitRecord, Parameter};
@@ -17,8 +18,8 @@ use super::sweep::{Vary, cell, chance, is_extreme, outcome, quantity};
 use super::{Cell, Column, Hooks, Quiet, Table, Values, dispatch, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
-use least::{LocalMinimum, is_certain, is_seen};
-use nalgebra::DVector;
+use least::{LocalMinimum, Model, is_certain, is_seen};
+use nalgebra::{DMatrix, DVector};
 use noise::{LinearisedColumn, unweighed};
 
 /// Name of the time column of the data.
@@ -221,10 +222,10 @@ impl Fit {
         };
         if fit.time.is_some()
             && let Ok(scene) = fit.scene(&fit.values(&fit.start(0, 0)))
-            && scene.is_bar()
+            && scene.is_medium()
         {
             return refuse(format!(
-                "column {TIME} of the data: a bar is not followed to times of data; name the column run.duration, set it row by row with --given \
+                "column {TIME} of the data: a bar or a flow is not followed to times of data; name the column run.duration, set it row by row with --given \
                  run.duration, and compare quantities of its end such as end.tip.x"
             ));
         }
@@ -272,15 +273,15 @@ impl Fit {
         noise: Vec<f64>,
         hooks: &mut dyn Hooks,
     ) -> Result<Option<SearchEnd>> {
-        let mut evaluations = 0;
-        let least = LocalMinimum::from(start, &mut |at| {
-            evaluations += 1;
-            match self.model(at, hooks) {
-                Ok(model) => Ok(Some(self.residuals(&model, &noise))),
-                Err(ModelFault::Fatal(error)) => Err(error),
-                Err(ModelFault::NoRun(_)) => Ok(None),
-            }
-        })?;
+        let mut model = FitModel {
+            fit: self,
+            noise: &noise,
+            hooks,
+            has_slopes: true,
+            evaluations: 0,
+        };
+        let least = LocalMinimum::from(start, &mut model)?;
+        let evaluations = model.evaluations;
         Ok(least.map(|least| SearchEnd {
             least,
             noise,
@@ -504,29 +505,39 @@ impl Fit {
         each.collect()
     }
 
+    /// Overrides that set the given columns, row by row.
+    fn settings(&self) -> Vec<Vec<String>> {
+        let rows = self.data.rows.iter().map(|row| {
+            let given = self.given.iter();
+            given
+                .map(|(i, path)| format!("{path}={:e}", row[*i]))
+                .collect()
+        });
+        rows.collect()
+    }
+
+    /// True for each compared column that is measured in a row with the settings `set`.
+    fn asked(&self, settings: &[Vec<String>], set: &[String]) -> Vec<bool> {
+        let rows = || self.data.rows.iter().zip(settings);
+        (self.compared.iter())
+            .map(|one| rows().any(|(row, own)| own == set && !row[one.place].is_nan()))
+            .collect()
+    }
+
     fn by_rows(
         &self,
         free: &[String],
         hooks: &mut dyn Hooks,
     ) -> std::result::Result<Vec<Vec<f64>>, ModelFault> {
         let mut model = vec![Vec::with_capacity(self.data.rows.len()); self.compared.len()];
-        let settings = self.data.rows.iter().map(|row| {
-            let given = self.given.iter();
-            given
-                .map(|(i, path)| format!("{path}={:e}", row[*i]))
-                .collect()
-        });
-        let settings: Vec<Vec<String>> = settings.collect();
+        let settings = self.settings();
         // Rows with the same settings, such as repeated measurements, are one scene.
         let mut made: Vec<(&[String], Vec<f64>)> = Vec::new();
         for set in &settings {
             let values = match made.iter().find(|(own, _)| own == set) {
                 Some((_, values)) => values.clone(),
                 None => {
-                    let rows = || self.data.rows.iter().zip(&settings);
-                    let asked: Vec<bool> = (self.compared.iter())
-                        .map(|one| rows().any(|(row, own)| own == set && !row[one.place].is_nan()))
-                        .collect();
+                    let asked = self.asked(&settings, set);
                     let scene = self.scene(&[free, set].concat())?;
                     let values = self.quantities(&scene, &asked, hooks)?;
                     made.push((set, values.clone()));
@@ -587,6 +598,43 @@ impl Fit {
             }
         });
         each.collect()
+    }
+}
+
+/// The model of a fit with the noise of its columns.
+struct FitModel<'f> {
+    fit: &'f Fit,
+    noise: &'f [f64],
+    hooks: &'f mut dyn Hooks,
+    /// False once the scene has turned out to have no derivatives of its own.
+    has_slopes: bool,
+    evaluations: usize,
+}
+
+impl Model for FitModel<'_> {
+    fn residuals(&mut self, at: &[f64]) -> Result<Option<DVector<f64>>> {
+        self.evaluations += 1;
+        match self.fit.model(at, self.hooks) {
+            Ok(model) => Ok(Some(self.fit.residuals(&model, self.noise))),
+            Err(ModelFault::Fatal(error)) => Err(error),
+            Err(ModelFault::NoRun(_)) => Ok(None),
+        }
+    }
+
+    fn slopes(&mut self, at: &[f64]) -> Result<Option<[DMatrix<f64>; 2]>> {
+        if !self.has_slopes {
+            return Ok(None);
+        }
+        let found = match self.fit.time {
+            Some(time) => slopes::over_time(self.fit, time, at, self.noise),
+            None => slopes::of_rows(self.fit, at, self.noise, self.hooks),
+        };
+        if self.hooks.interrupted() {
+            return Err(Error::domain("the fit was interrupted"));
+        }
+        self.has_slopes = found.is_some();
+        self.evaluations += usize::from(self.has_slopes);
+        Ok(found)
     }
 }
 

@@ -61,7 +61,7 @@ const FARTHEST: i32 = 300;
 pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
     match scene.kind {
         SceneKind::Rod => {}
-        SceneKind::Bar(_) | SceneKind::Wall(_) => scene.body().map(drop)?,
+        SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Wall(_) => scene.body().map(drop)?,
         SceneKind::Assembly(_) => {
             return Err(Error::domain(
                 "the memory told here is that of one rod and its end: write it as [rod] with [clamp], [body], [start] and [run] in place of [[rod]] and [[body]]",

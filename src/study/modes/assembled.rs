@@ -12,7 +12,7 @@ use nalgebra::{Complex, DVector, Isometry3, Vector6};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
 const EQUILIBRIUM: f64 = 1e-11;
-const ALONG: f64 = 1e-13;
+pub(super) const ALONG: f64 = 1e-13;
 
 /// A rod in space at rest with its body.
 pub(in crate::study) struct AtRest {
@@ -20,7 +20,7 @@ pub(in crate::study) struct AtRest {
     /// Assembly and equilibrium in the frame of the clamp and units of the rod.
     pub at: (Assembly, Configuration),
     /// True if [start] is the equilibrium.
-    of_start: bool,
+    pub of_start: bool,
 }
 
 /// Equilibrium of a scene on a clamp at rest: [start] if it is an equilibrium, otherwise the one under the loads at t

@@ -1,12 +1,14 @@
 //! Small motions about an equilibrium of a scene of motion: natural frequencies and mode shapes.
 
 mod assembled;
+mod derivatives;
 mod found;
 mod heavy;
 mod planar;
 
 pub(in crate::study) use assembled::resting;
 pub use assembled::small_motions;
+pub use derivatives::derivatives;
 
 use super::neglected_mass::MassEffect;
 use super::record::{Cell, Column, Table};

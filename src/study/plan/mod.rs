@@ -3,6 +3,7 @@
 
 mod assembly;
 mod bar;
+mod flow;
 mod forecast;
 mod rod;
 mod statics;
@@ -88,6 +89,9 @@ fn choice(what: impl Into<String>, why: impl Into<String>) -> Choice {
 pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
     if scene.is_bar() {
         return bar::plan(scene, seconds);
+    }
+    if let Some(given) = scene.flow() {
+        return flow::plan(scene, given, seconds);
     }
     if let Some(given) = scene.wall() {
         return Ok(wall::plan(scene, given));

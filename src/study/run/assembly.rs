@@ -67,6 +67,7 @@ impl AssemblyModel {
                 .collect(),
             stations: stations::placed_in_motion(scene),
             obstacles: scene.obstacles.clone(),
+            barrier_gap: scene.barrier_gap(),
             has_contact: scene.has_contact(),
             joints: joints.iter().map(RunJoint::new).collect(),
             heavy: setup.is_heavy() || setup.assembly.light_rods().next().is_some(),

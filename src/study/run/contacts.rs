@@ -6,8 +6,10 @@ use super::summary::object;
 use super::table::name;
 use crate::error::Quantity;
 use crate::motion::contact::{ContactChange, ContactEvent, ContactId, ContactNow, Partner};
-use crate::motion::contact::{ContactSample, ImpactRecord, RodContactEvent, RodContactNow};
-use crate::scene::{Scales, Units};
+use crate::motion::contact::{
+    ContactSample, ImpactRecord, RodContactEvent, RodContactNow, Rubbing,
+};
+use crate::scene::Scales;
 use crate::study::{Cell, Column, Table};
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
@@ -37,12 +39,16 @@ impl BranchContacts {
     /// Takes in the contacts of a state.
     pub fn look(&mut self, sample: &ContactSample) {
         self.least_gap = self.least_gap.min(sample.least_gap);
-        for contact in (sample.contacts.iter()).filter(|contact| contact.coefficient > 0.0) {
-            let most = contact.coefficient * contact.normal_force;
-            if most > 0.0 {
-                let cone = contact.friction.norm() / most - 1.0;
-                self.max_cone = Some(self.max_cone.map_or(cone, |other| other.max(cone)));
-            }
+        let bodies = sample.contacts.iter();
+        let bodies = bodies.map(|at| (at.coefficient * at.normal_force, at.friction.norm()));
+        let rods = sample.rods.iter();
+        let rods = rods.map(|at| {
+            let most = at.rubbing.coefficient * at.normal_force;
+            (most, at.rubbing.friction.norm())
+        });
+        for (most, friction) in bodies.chain(rods).filter(|(most, _)| *most > 0.0) {
+            let cone = friction / most - 1.0;
+            self.max_cone = Some(self.max_cone.map_or(cone, |other| other.max(cone)));
         }
     }
 
@@ -76,6 +82,8 @@ pub(super) fn sample_outward(k: &Scales, sample: &ContactSample) -> ContactSampl
     };
     ContactSample {
         impact_lost: energy(sample.impact_lost),
+        closing_lost: energy(sample.closing_lost),
+        barrier: energy(sample.barrier),
         friction_lost: energy(sample.friction_lost),
         obstacle_work: energy(sample.obstacle_work),
         least_gap: k.outward(Quantity::Length, sample.least_gap),
@@ -90,6 +98,12 @@ fn rod_outward(k: &Scales, at: &RodContactNow) -> RodContactNow {
         s: k.outward(Quantity::Length, at.s),
         point: k.outward(Quantity::Length, at.point),
         normal_force: k.outward(Quantity::Force, at.normal_force),
+        stretch: at.stretch.map(|s| k.outward(Quantity::Length, s)),
+        rubbing: Rubbing {
+            friction: k.outward(Quantity::Force, at.rubbing.friction),
+            slip: (at.rubbing.slip).map(|slip| k.outward(Quantity::Velocity, slip)),
+            ..at.rubbing
+        },
         ..*at
     }
 }
@@ -146,6 +160,11 @@ impl RunHeader {
         ]
     }
 
+    /// True if rods with all of their mass touch obstacles, through a barrier.
+    pub fn has_barrier(&self) -> bool {
+        self.barrier_gap.is_some()
+    }
+
     /// True for a run among obstacles.
     pub fn has_obstacles(&self) -> bool {
         !self.obstacles.is_empty()
@@ -180,8 +199,10 @@ pub(super) fn table(header: &RunHeader, branch: usize) -> Table {
         Column::reals(
             "s",
             u.length(),
-            "arclength of the contact of a rod; empty for a body",
+            "arclength of the contact of a rod, the centre of the forces on a stretch; empty for a body",
         ),
+        Column::reals("s_from", u.length(), "where the stretch of a rod that touches begins"),
+        Column::reals("s_to", u.length(), "where the stretch ends"),
     ]);
     Table::new(name("contacts", branch), columns)
 }
@@ -202,21 +223,27 @@ pub(super) fn rows(header: &RunHeader, t: f64, sample: &ContactSample) -> Vec<Ve
             Cell::Real(slip.norm()),
             word(if contact.sticks { "stick" } else { "slip" }),
             None::<f64>.into(),
+            None::<f64>.into(),
+            None::<f64>.into(),
         ]);
         cells
     };
     let rod = |contact: &RodContactNow| {
         let word = |word: &str| Cell::Word(word.to_owned().into());
         let [a, b] = header.rod_sides(contact);
+        let (rubbing, n) = (&contact.rubbing, contact.normal);
+        let along = |slip: &Vector3<f64>| (slip - n * n.dot(slip)).norm();
         let mut cells = vec![Cell::Real(t), word(a), word(b)];
         let place = contact.point.iter().chain(contact.normal.iter());
         cells.extend(place.copied().map(Cell::Real));
         cells.extend([
             Cell::Real(contact.normal_force),
-            Cell::Real(0.0),
-            None::<f64>.into(),
-            word("slip"),
+            Cell::Real(rubbing.friction.norm()),
+            rubbing.slip.map(|slip| along(&slip)).into(),
+            word(if contact.sticks() { "stick" } else { "slip" }),
             Cell::Real(contact.s),
+            Cell::Real(contact.stretch[0]),
+            Cell::Real(contact.stretch[1]),
         ]);
         cells
     };
@@ -224,10 +251,11 @@ pub(super) fn rows(header: &RunHeader, t: f64, sample: &ContactSample) -> Vec<Ve
     sample.contacts.iter().map(row).chain(rods).collect()
 }
 
-/// Columns of the energies of contacts in the trajectory.
-pub(super) fn columns(units: Units) -> [Column; 3] {
+/// Columns of the energies of contacts in the trajectory; those of barriers where there is one.
+pub(super) fn columns(header: &RunHeader) -> Vec<Column> {
+    let units = header.units;
     let energy = |name, meaning| Column::reals(name, units.energy(), meaning);
-    [
+    let mut columns = vec![
         energy(
             "impact_lost",
             "lost in impacts so far, a part of dissipated",
@@ -240,19 +268,33 @@ pub(super) fn columns(units: Units) -> [Column; 3] {
             "obstacle_work",
             "work of moving obstacles so far, a part of work",
         ),
-    ]
+    ];
+    if header.has_barrier() {
+        columns.push(energy(
+            "closing_lost",
+            "lost where surfaces close so far, a part of dissipated",
+        ));
+        columns.push(energy(
+            "barrier",
+            "energy of the barrier of obstacles, a part of elastic",
+        ));
+    }
+    columns
 }
 
 /// Values of [`columns`].
-pub(super) fn cells(sample: Option<&ContactSample>) -> [Cell; 3] {
-    let sums = sample.map_or([0.0; 3], |sample| {
-        [
-            sample.impact_lost,
-            sample.friction_lost,
-            sample.obstacle_work,
-        ]
-    });
-    sums.map(Cell::Real)
+pub(super) fn cells(header: &RunHeader, sample: Option<&ContactSample>) -> Vec<Cell> {
+    let none = ContactSample::default();
+    let sample = sample.unwrap_or(&none);
+    let mut sums = vec![
+        sample.impact_lost,
+        sample.friction_lost,
+        sample.obstacle_work,
+    ];
+    if header.has_barrier() {
+        sums.extend([sample.closing_lost, sample.barrier]);
+    }
+    sums.into_iter().map(Cell::Real).collect()
 }
 
 impl RunHeader {
@@ -345,8 +387,8 @@ impl RunRecord {
         let least = all().fold(f64::INFINITY, |least, one| least.min(one.least_gap));
         let cones = all().filter_map(|one| one.max_cone);
         let sums = last.last.contact.clone().unwrap_or_default();
-        Some(json!({
-            "method": "exact",
+        let mut told = object(json!({
+            "method": if self.header.has_barrier() { "barrier" } else { "exact" },
             "counts": counts,
             "rod_counts": of_rods,
             "normal_impulse": impulse,
@@ -355,6 +397,16 @@ impl RunRecord {
             "obstacle_work": sums.obstacle_work,
             "min_gap": Some(least).filter(|gap| gap.is_finite()),
             "max_cone": cones.reduce(f64::max),
-        }))
+        }));
+        if let Some(gap) = self.header.barrier_gap {
+            told.extend(object(json!({
+                "why": "rods with all of their mass touch obstacles through a barrier",
+                "gap": gap,
+                "change_at_half_gap": self.change_at_half_gap,
+                "closing_lost": sums.closing_lost,
+                "barrier": sums.barrier,
+            })));
+        }
+        Some(Value::Object(told))
     }
 }

@@ -33,6 +33,8 @@ pub struct RunHeader {
     pub stations: Vec<PlacedStation>,
     /// The obstacles of the scene.
     pub obstacles: Vec<Obstacle>,
+    /// Width of the barrier of obstacles, in lengths of the shortest rod; `None` without a barrier.
+    pub barrier_gap: Option<f64>,
     /// True if bodies hit obstacles or each other.
     pub has_contact: bool,
     /// Joints with axes, whose angles and shifts are columns.

@@ -3,6 +3,7 @@
 mod assembly;
 mod bounces;
 mod contacts;
+mod derivatives;
 mod header;
 mod joints;
 mod last_branch;
@@ -23,6 +24,8 @@ mod tree;
 pub use crate::scene::ModelKind;
 pub use bounces::Bounces;
 pub use contacts::BranchContacts;
+pub(in crate::study) use derivatives::{NAMES, derivatives_at};
+pub use derivatives::{RunDerivative, RunDerivatives, SnapDerivative, derivatives};
 pub use header::{RunBody, RunHeader, RunRod};
 pub use joints::RunJoint;
 pub use last_branch::SingleMotion;
@@ -35,9 +38,10 @@ pub use simulation::{Simulation, SimulationState};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::{columns, trajectory_name};
 
-use super::{Hooks, Sink};
+use super::{Hooks, Silent, Sink, Table};
 use crate::error::Result;
 use crate::motion::drive;
+use crate::scene::Scene;
 use recorder::{Outlets, Passed, Recorder};
 use rest::LazyRest;
 use tree::tree;
@@ -135,7 +139,12 @@ pub fn run_from<'p>(
         Ok((branch, outcome))
     })?;
     let Passed { folds, bounces } = passed;
+    let change_at_half_gap = match &prepared.at_half_gap {
+        Some(scene) => Some(change_of_places(&branches, scene)?),
+        None => None,
+    };
     Ok(RunRecord {
+        change_at_half_gap,
         validity: rest.validity(header, &folds, bounces),
         header: header.clone(),
         folds,
@@ -146,4 +155,20 @@ pub fn run_from<'p>(
         spring,
         strain_stride: recorder::stride(prepared, fields),
     })
+}
+
+/// Largest distance of the bodies at the end of the last branch from those of the run of another scene.
+fn change_of_places(branches: &[RunBranch], scene: &Scene) -> Result<f64> {
+    let prepared = Prepared::new(scene)?;
+    let mut tables: Vec<Table> = Vec::new();
+    let other = run(&prepared, Fields::None, &mut tables, &mut Silent)?;
+    let own = branches
+        .iter()
+        .rev()
+        .take(1)
+        .flat_map(|branch| &branch.last.bodies);
+    let pairs = own.zip(&other.last().last.bodies);
+    let changes =
+        pairs.map(|(a, b)| (a.pose.translation.vector - b.pose.translation.vector).norm());
+    Ok(changes.fold(0.0, f64::max))
 }

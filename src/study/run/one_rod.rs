@@ -77,6 +77,7 @@ impl OneRod {
             }],
             stations: stations::placed(scene),
             obstacles: scene.obstacles.clone(),
+            barrier_gap: scene.barrier_gap(),
             has_contact: scene.has_contact(),
             joints: Vec::new(),
             heavy,

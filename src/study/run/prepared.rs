@@ -28,6 +28,8 @@ pub struct Prepared {
     /// Model, units, names and bounds of the run.
     pub header: RunHeader,
     pub(super) model: Box<dyn RunModel>,
+    /// The scene with half the gap of its barrier, where the change is asked for.
+    pub(super) at_half_gap: Option<Scene>,
 }
 
 /// A motion from its start.
@@ -120,12 +122,18 @@ impl Prepared {
     pub fn new(scene: &Scene) -> Result<Self> {
         if scene.is_assembly() {
             let (model, header) = AssemblyModel::new(scene)?;
-            let model = Box::new(model);
-            return Ok(Self { header, model });
+            return Ok(Self {
+                header,
+                model: Box::new(model),
+                at_half_gap: scene.at_half_gap(),
+            });
         }
         let (model, header) = OneRod::new(scene)?;
-        let model = Box::new(model);
-        Ok(Self { header, model })
+        Ok(Self {
+            header,
+            model: Box::new(model),
+            at_half_gap: scene.at_half_gap(),
+        })
     }
 
     /// The motion from its start, and the Morse index there.

@@ -35,6 +35,9 @@ pub struct RunRecord {
     /// The exactly equivalent spring and dashpot, or the reason why there is none; `None` for models without this
     /// equivalence.
     pub spring: Option<Result<Spring, String>>,
+    /// Largest change of the places of the bodies at the end by half the gap of the barrier; `None` where that was not
+    /// asked for.
+    pub change_at_half_gap: Option<f64>,
     /// Stride of the samples in the strain table; `None` without such a table.
     pub strain_stride: Option<usize>,
 }

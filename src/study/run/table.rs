@@ -46,7 +46,7 @@ pub(super) fn trajectory(header: &RunHeader, branch: usize) -> Table {
     }
     columns.extend(ledger_columns(u));
     if header.has_contact {
-        columns.extend(contacts::columns(u));
+        columns.extend(contacts::columns(header));
     }
     if header.heavy {
         columns.push(rod_kinetic(u));
@@ -252,7 +252,7 @@ pub(super) fn row(
     }
     cells.extend(ledger_cells(&at.ledger, at.total));
     if header.has_contact {
-        cells.extend(contacts::cells(at.contact.as_ref()));
+        cells.extend(contacts::cells(header, at.contact.as_ref()));
     }
     if header.heavy {
         cells.push(Cell::Real(at.ledger.rod_kinetic));

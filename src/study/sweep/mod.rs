@@ -18,12 +18,12 @@ pub use vary::Vary;
 
 use super::record::DiscardRows;
 use super::run::Fields;
-use super::{Cell, Column, Csv, Hooks, Quiet, Sink, Table, branch, dispatch};
+use super::{Cell, Column, Csv, FirstOrder, Hooks, Quiet, Sink, Table, branch, dispatch};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use extremes::{Extremes, looked_at};
 use serde_json::{Value, json};
-use special_names::SpecialName;
+pub(in crate::study) use special_names::SpecialName;
 use std::ops::Range;
 
 /// A sweep.
@@ -262,6 +262,8 @@ impl Sweep {
                 "end.tip.v",
                 "breaking.time",
             ]
+        } else if scene.flow().is_some() {
+            &["outcome", "end.t"]
         } else if scene.wall().is_some() {
             &["pressure", "energy"]
         } else if scene.is_assembly() && scene.is_motion() {
@@ -415,8 +417,8 @@ pub(in crate::study) fn outcome(
         }
         return Ok(summary);
     }
-    if !scene.is_bar() && !scene.is_motion() {
-        let (mut summary, _) = dispatch::rest(&scene)?;
+    if !scene.is_medium() && !scene.is_motion() {
+        let (mut summary, _) = dispatch::rest(&scene, &FirstOrder::default())?;
         summary["events"] = Value::Array(Vec::new());
         return Ok(summary);
     }

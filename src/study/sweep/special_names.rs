@@ -51,8 +51,8 @@ impl<'p> SpecialName<'p> {
         self.field == OWN
     }
 
-    /// The number in the summary of a branch, or the reason for its absence.
-    pub fn find(&self, summary: &Value) -> Result<Cell, String> {
+    /// The special point in the summary of a branch, or the reason for its absence.
+    pub fn point<'v>(&self, summary: &'v Value) -> Result<&'v Value, String> {
         let label = self.label;
         let Some(own) = summary["special_points"].as_array() else {
             return Err(format!(
@@ -89,6 +89,12 @@ impl<'p> SpecialName<'p> {
         if let Some(doubt) = at["reason"].as_str() {
             return Err(format!("{label} is uncertain: {doubt}"));
         }
+        Ok(at)
+    }
+
+    /// The number in the summary of a branch, or the reason for its absence.
+    pub fn find(&self, summary: &Value) -> Result<Cell, String> {
+        let (label, at) = (self.label, self.point(summary)?);
         let state = &at["state"][self.field];
         match cell(at, self.field) {
             // Columns of assemblies have dots in their names.

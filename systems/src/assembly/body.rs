@@ -204,12 +204,12 @@ impl Body {
     }
 
     /// Count of state components of the body: quaternion (w, x, y, z) of a rigid body, position or groove parameter,
-    /// and their rates. The node of a joint has the joint's coordinates alone.
+    /// and their rates. The node of a joint has the joint's coordinates alone, another node no rates.
     pub fn numbers(&self) -> usize {
         if self.joint().is_some() {
             return self.freedoms();
         }
-        2 * self.freedoms() + usize::from(self.turns())
+        self.slots()[3].end
     }
 
     /// Index ranges of quaternion, position (or parameter), spin and velocity within the body's part of a state.
@@ -217,7 +217,12 @@ impl Body {
         let (turnings, shiftings) = (self.turnings(), self.shiftings());
         let mut next = 0;
         let quaternion = turnings + usize::from(self.turns());
-        [quaternion, shiftings, turnings, shiftings].map(|size| {
+        let [spin, velocity] = if self.massless {
+            [0, 0]
+        } else {
+            [turnings, shiftings]
+        };
+        [quaternion, shiftings, spin, velocity].map(|size| {
             next += size;
             next - size..next
         })
@@ -230,15 +235,13 @@ impl Body {
             [w, x, y, z] => unit(&[*w, *x, *y, *z].into()),
             _ => UnitQuaternion::identity(),
         };
-        let spin = match spin {
+        let vector = |x: &[f64]| match x {
             [] => Vector3::zeros(),
-            spin => Vector3::from_column_slice(spin),
+            x => Vector3::from_column_slice(x),
         };
+        let spin = vector(spin);
         let (r, v) = match &self.groove {
-            None => (
-                Vector3::from_column_slice(position),
-                Vector3::from_column_slice(velocity),
-            ),
+            None => (Vector3::from_column_slice(position), vector(velocity)),
             Some(groove) => {
                 let [x, along, _] = groove.at(position[0]);
                 (x, along * velocity[0])
@@ -258,12 +261,12 @@ impl Body {
         if self.turns() {
             let p = place.pose.rotation.quaternion();
             state[quaternion].copy_from_slice(&[p.w, p.i, p.j, p.k]);
-            state[spin].copy_from_slice(omega.as_slice());
+            state[spin.clone()].copy_from_slice(&omega.as_slice()[..spin.len()]);
         }
         match &self.groove {
             None => {
                 state[position].copy_from_slice(r.as_slice());
-                state[velocity].copy_from_slice(v.as_slice());
+                state[velocity.clone()].copy_from_slice(&v.as_slice()[..velocity.len()]);
             }
             Some(groove) => {
                 let phi = groove.nearest(r);

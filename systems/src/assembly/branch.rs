@@ -9,6 +9,7 @@ use super::zero_modes::FreePhase;
 use crate::error::{Error, Result};
 use crate::rod::Taut;
 use crate::solve::difference_step::derivative;
+use crate::solve::extrapolated_slope::{Slope, first_step};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use crate::solve::warm_start::WarmStart;
 use nalgebra::DVector;
@@ -56,6 +57,8 @@ pub struct AssemblyState {
     pub now: Configuration,
     /// Stored energy and potential of the constant forces.
     pub energy: f64,
+    /// Stored energy of the rods alone; that of tendons is tension times length.
+    pub stored: f64,
 }
 
 impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
@@ -217,6 +220,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
         Ok(AssemblyState {
             energy: assembly.statical_energy(&now, &points),
+            stored: points.iter().map(|point| point.end.energy).sum(),
             now,
         })
     }
@@ -270,6 +274,13 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
             self.size,
             x.len()
         )))
+    }
+
+    /// The evaluated rods at (x, p).
+    fn points(&self, x: &DVector<f64>, p: f64) -> Result<Vec<LinkPoint>> {
+        let assembly = self.assembly(p)?;
+        let now = self.configuration(&assembly, x)?;
+        assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)
     }
 
     /// Residual at another parameter.
@@ -335,6 +346,16 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
             jacobian,
             slope,
         })
+    }
+
+    fn by_parameter(&self, x: &DVector<f64>, p: f64, step: f64) -> Result<Slope> {
+        let known = self.points(x, p)?;
+        Slope::at(step, |h| self.residual(x, p + h, &known))
+    }
+
+    fn first_step(&self, x: &DVector<f64>, p: f64) -> Result<f64> {
+        let known = self.points(x, p)?;
+        first_step(p, |p| self.residual(x, p, &known))
     }
 
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {

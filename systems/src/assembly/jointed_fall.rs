@@ -11,8 +11,9 @@
 
 use super::body::BodyMotion;
 use super::configuration::Evaluated;
-use super::jointed_rod::JointedRod;
+use super::joined_rods::JoinedRods;
 use super::network::Assembly;
+use super::rod_element::Link;
 use super::stiffness::relative_by_twists;
 use super::viscous_layer::{RodLayer, fall_from, split};
 use crate::error::{Error, Result};
@@ -46,7 +47,8 @@ pub struct JointedLanding {
 
 /// The fall of a rod: strains and joints.
 struct Fall<'a> {
-    rod: JointedRod<'a>,
+    rod: JoinedRods<'a>,
+    link: &'a Link,
     layer: RodLayer<6>,
     /// Load along the rod at the nodes, along the directors of the base at the fold.
     load: Option<Vec<Vector3<f64>>>,
@@ -70,7 +72,15 @@ impl Assembly {
         at: &Evaluated,
         tolerance: f64,
     ) -> Result<JointedLanding> {
-        let rod = (self.jointed(k)).ok_or_else(|| Error::domain("the rod has no joints"))?;
+        let rod = (self.joined_with(k)).ok_or_else(|| Error::domain("the rod has no joints"))?;
+        if rod.is_frame() {
+            return Err(Error::domain(format!(
+                "{} snap together, joined without a body: the fall of several rods is not followed; give the node between them a small mass and \
+                 inertia, or the rods their mass in full (inertia = \"full\")",
+                self.rods_joined_with(k).join(", ")
+            )));
+        }
+        let link = &self.links[k];
         let (t, point, q) = (at.integrals.time, &at.points[k], &at.now.charts[k]);
         if point.end.is_taut() {
             return Err(Error::domain(format!(
@@ -79,9 +89,9 @@ impl Assembly {
                 self.rod_name(k)
             )));
         }
-        let equations = rod.equations(t, &at.now.bodies, point);
+        let equations = rod.equations_at(at);
         let kernel = fold_kernel(&equations.matrix)?;
-        let seen = rod.link.seen_at(t, &point.base.pose.rotation)?;
+        let seen = link.seen_at(t, &point.base.pose.rotation)?;
         let held = point.held();
         let layer = seen.layer::<6>(&held);
         let here = seen.strains(&layer.grid, q, &held, tolerance)?;
@@ -95,7 +105,7 @@ impl Assembly {
             .copy_from(&kernel.rows(6, count));
         push /= push.amax();
         let start = here.resize_vertically(strains + count, 0.0);
-        let scale = rod.link.units();
+        let scale = link.units();
         let wrench = join(
             &(point.end.couple / scale[0]),
             &(point.end.tip_force() / scale[3]),
@@ -109,6 +119,7 @@ impl Assembly {
             strains,
             rates: DVector::zeros(count),
             rod,
+            link,
         };
         let energy = self.energy_of_rod(k, at);
         let mut found: Option<(f64, JointedLanding)> = None;
@@ -166,11 +177,10 @@ impl Assembly {
     /// Energy of rod `k`, of the load along the rod and of the joints at both ends.
     fn energy_of_rod(&self, k: usize, at: &Evaluated) -> f64 {
         let (t, bodies) = (at.integrals.time, &at.now.bodies);
-        let rod = self.jointed(k);
-        let nodes = rod.iter().flat_map(JointedRod::nodes);
-        let joints: f64 = nodes
-            .map(|(_, (node, guide, _))| {
-                guide.potential(&guide.frame(t, bodies), &bodies[node].pose)
+        let rod = self.joined_with(k);
+        let joints: f64 = (rod.iter().flat_map(JoinedRods::joints))
+            .map(|(_, guide, node)| {
+                guide.potential(&guide.frame(t, bodies), &bodies[node.number].pose)
             })
             .sum();
         at.points[k].end.energy + at.points[k].potential() + joints
@@ -190,7 +200,7 @@ impl Fall<'_> {
     /// Rates of strains and joints; None where a law refuses.
     fn rates(&mut self, state: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
         let bodies = self.moved(state);
-        let link = self.rod.link;
+        let link = self.link;
         let length = link.rod().length();
         let [base, tip] = [link.from(), link.to()].map(|site| site.at(self.t, &bodies).pose);
         self.layer.held = base.inv_mul(&tip);
@@ -211,10 +221,10 @@ impl Fall<'_> {
         let mut motions = DMatrix::zeros(6, count);
         let mut laws = DVector::zeros(count);
         let relative = relative_by_twists(&base, &tip);
-        for (end, (node, guide, first)) in self.rod.nodes() {
-            let frame = guide.frame(self.t, &bodies);
-            let own = guide.twists(&frame, &bodies[node].pose);
-            let actions = guide.actions(&frame, &bodies[node].pose);
+        for (end, guide, node) in self.rod.joints() {
+            let (frame, first) = (guide.frame(self.t, &bodies), node.first);
+            let own = guide.twists(&frame, &bodies[node.number].pose);
+            let actions = guide.actions(&frame, &bodies[node.number].pose);
             for a in 0..own.ncols() {
                 let twist: Vector6<f64> = own.column(a) * units[first + a];
                 let mut motion = relative.fixed_columns::<6>(6 * end) * twist;

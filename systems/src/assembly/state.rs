@@ -13,13 +13,15 @@
 use super::body::{Body, BodyMotion};
 use super::configuration::{Configuration, Evaluated, Integrals, Spin};
 use super::guide::Guide;
-use super::jointed_rod::JointedRod;
+use super::joined_rods::GroupNode;
 use super::network::Assembly;
 use super::rod_element::{LinkPoint, RodChart};
 use crate::manifold::adjugate_times;
 use crate::math::se3::{halves, join, spin, unit};
 use crate::rod::Wrench;
-use nalgebra::{DVector, Isometry3, Matrix6, UnitQuaternion, Vector3, Vector4, Vector6};
+use nalgebra::{
+    DVector, Isometry3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector4, Vector6,
+};
 use std::ops::Range;
 
 /// Slowed time near folds of several rods. With x = det J/(det J where slowing began) for each rod,
@@ -103,18 +105,32 @@ impl Assembly {
         })
     }
 
-    /// Indices of the coordinates of a joint's node in a state.
+    /// Bodies that have a mass, each with its number and the index of its first component in a state.
+    fn masses(&self) -> impl Iterator<Item = (usize, usize, &Body)> {
+        let all = self.starts().enumerate();
+        all.filter(|(_, (_, carrier))| !carrier.is_massless())
+            .map(|(body, (start, carrier))| (body, start, carrier))
+    }
+
+    /// Indices of the coordinates of a node in a state.
     fn node_slots(&self, node: usize) -> Range<usize> {
         let start = self.carriers()[..node].iter().map(Body::numbers).sum();
         start..start + self.carriers()[node].numbers()
     }
 
-    /// Coordinates in a state of the joints of rod `k`.
+    /// Indices in a state of the nodes of the group of rod `k`.
+    fn group_slots(&self, k: usize) -> Vec<usize> {
+        let group = self.joined_with(k);
+        let nodes = group.iter().flat_map(|group| &group.nodes);
+        nodes
+            .flat_map(|node| self.node_slots(node.number))
+            .collect()
+    }
+
+    /// Coordinates in a state of the joints of rod `k`, and of the nodes that it shares with others.
     pub fn joints_of(&self, state: &DVector<f64>, k: usize) -> Vec<f64> {
-        let rod = self.jointed(k);
-        let nodes = rod.iter().flat_map(JointedRod::nodes);
-        let slots = nodes.flat_map(|(_, (node, ..))| self.node_slots(node));
-        slots.map(|slot| state[slot]).collect()
+        let slots = self.group_slots(k);
+        slots.into_iter().map(|slot| state[slot]).collect()
     }
 
     /// The state with other coordinates of the joints of rod `k`, as [`Assembly::joints_of`].
@@ -125,10 +141,7 @@ impl Assembly {
         k: usize,
         coordinates: &[f64],
     ) -> DVector<f64> {
-        let rod = self.jointed(k);
-        let nodes = rod.iter().flat_map(JointedRod::nodes);
-        let slots = nodes.flat_map(|(_, (node, ..))| self.node_slots(node));
-        for (slot, y) in slots.zip(coordinates) {
+        for (slot, y) in self.group_slots(k).into_iter().zip(coordinates) {
             state[slot] = *y;
         }
         state
@@ -156,7 +169,7 @@ impl Assembly {
     /// have rates of their own.
     pub fn slots(&self) -> [Vec<usize>; 2] {
         let (mut places, mut velocities) = (Vec::new(), Vec::new());
-        for (start, carrier) in self.starts().take(self.solids().len()) {
+        for (_, start, carrier) in self.masses() {
             let end = start + carrier.numbers();
             places.extend(start..end - carrier.freedoms());
             velocities.extend(end - carrier.freedoms()..end);
@@ -168,7 +181,7 @@ impl Assembly {
     /// Writes the rates of the bodies' poses alone, which need no rods.
     pub fn write_place_rates(&self, state: &DVector<f64>, out: &mut DVector<f64>) {
         let time = state[self.time_slot()];
-        for (start, carrier) in self.starts().take(self.solids().len()) {
+        for (_, start, carrier) in self.masses() {
             let slots = start..start + carrier.numbers();
             let (from, to) = (
                 &state.as_slice()[slots.clone()],
@@ -213,6 +226,26 @@ impl Assembly {
             integrals.drag,
         ]);
         state
+    }
+
+    /// Writes a node of a group into a state.
+    fn write_node(
+        &self,
+        node: &GroupNode,
+        t: f64,
+        bodies: &[BodyMotion],
+        state: &mut DVector<f64>,
+    ) {
+        let carrier = &self.carriers[node.number];
+        let numbers = &mut state.as_mut_slice()[self.node_slots(node.number)];
+        let place = &bodies[node.number];
+        match carrier.joint() {
+            None => carrier.write(place, numbers),
+            Some(joint) => {
+                let y = joint.coordinates(&joint.frame(t, bodies), &place.pose);
+                numbers.copy_from_slice(&y);
+            }
+        }
     }
 
     /// Unpacks the configuration of a state.
@@ -355,42 +388,49 @@ impl Assembly {
             integrals,
             points,
         } = &at;
-        let mut dets = Vec::with_capacity(points.len());
+        let groups = self.joined();
+        // The first rod of each group, for every rod.
+        let mut leaders: Vec<usize> = (0..points.len()).collect();
+        let mut dets = vec![1.0; points.len()];
         let mut joint_loss = 0.0;
-        for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
-            let better = link.suited_chart(&now.charts[k], point);
-            let scaled;
-            let monitor = if let Some(rod) = self.jointed(k) {
-                let equations = rod.equations(integrals.time, &now.bodies, point);
-                let (det, all) = adjugate_times(&equations.matrix, &equations.drive);
-                scaled = all.fixed_rows::<6>(0).into_owned();
-                let y = rod.coordinates_of(&all);
-                for (_, (node, guide, first)) in rod.nodes() {
-                    let slots = self.node_slots(node);
-                    let rates = y.rows(first, guide.laws().len());
-                    out.rows_mut(slots.start, slots.len()).copy_from(&rates);
-                }
-                joint_loss += equations.loss;
-                RodMonitor {
-                    det,
-                    gap: link.apart(point).max(equations.unbalanced()),
-                    better,
+        for group in &groups {
+            let equations = group.equations_at(&at);
+            let (det, all) = adjugate_times(&equations.matrix, &equations.drive);
+            for (i, (k, link)) in group.rods.iter().enumerate() {
+                let own = all.rows(6 * i, 6);
+                out.rows_mut(self.chart_slots(*k).start, 6).copy_from(&own);
+                let leads = i == 0;
+                let left = if leads { equations.unbalanced() } else { 0.0 };
+                leaders[*k] = group.leader();
+                dets[*k] = if leads { det } else { 1.0 };
+                let monitor = RodMonitor {
+                    det: dets[*k],
+                    gap: link.apart(&points[*k]).max(left),
+                    better: link.suited_chart(&now.charts[*k], &points[*k]),
                     ..RodMonitor::default()
-                }
-            } else {
-                let drive = point.drive();
-                let det;
-                (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
-                let scale = link.gap_scale(&point.end);
-                RodMonitor {
-                    det,
-                    jacobian: scale * point.end.jacobian,
-                    drive: scale * drive,
-                    gap: link.apart(point),
-                    better,
-                }
+                };
+                seen(*k, monitor);
+            }
+            let y = group.coordinates_of(&all);
+            for node in &group.nodes {
+                self.write_node_rates(node, state, &y, out);
+            }
+            joint_loss += equations.loss;
+        }
+        let joined = |k: usize| groups.iter().any(|group| group.has(k));
+        let links = self.links().iter().zip(points).enumerate();
+        for (k, (link, point)) in links.filter(|(k, _)| !joined(*k)) {
+            let drive = point.drive();
+            let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
+            let scale = link.gap_scale(&point.end);
+            dets[k] = det;
+            let monitor = RodMonitor {
+                det,
+                jacobian: scale * point.end.jacobian,
+                drive: scale * drive,
+                gap: link.apart(point),
+                better: link.suited_chart(&now.charts[k], point),
             };
-            dets.push(monitor.det);
             seen(k, monitor);
             out.as_mut_slice()[self.chart_slots(k)].copy_from_slice(scaled.as_slice());
         }
@@ -405,16 +445,20 @@ impl Assembly {
                 by_time[*k] = Some(factor);
             }
         }
-        for (k, det) in dets.iter().enumerate() {
-            let factor = by_time[k].unwrap_or(rate / det);
-            let mut scale = |slots: Range<usize>| {
-                let own = &mut out.as_mut_slice()[slots];
-                own.iter_mut().for_each(|x| *x *= factor);
-            };
-            scale(self.chart_slots(k));
-            let rod = self.jointed(k);
-            for (_, (node, ..)) in rod.iter().flat_map(JointedRod::nodes) {
-                scale(self.node_slots(node));
+        let factor = |k: usize| by_time[leaders[k]].unwrap_or(rate / dets[leaders[k]]);
+        let scale = |out: &mut DVector<f64>, slots: Range<usize>, factor: f64| {
+            let own = &mut out.as_mut_slice()[slots];
+            own.iter_mut().for_each(|x| *x *= factor);
+        };
+        for k in 0..points.len() {
+            scale(out, self.chart_slots(k), factor(k));
+        }
+        let mut node_power = 0.0;
+        for group in &groups {
+            for node in &group.nodes {
+                let slots = self.node_slots(node.number);
+                scale(out, slots, factor(group.leader()));
+                node_power += self.power_on_node(node, state, out, &at);
             }
         }
         let mut wrenches = self.wrenches(&now.bodies, points);
@@ -435,13 +479,12 @@ impl Assembly {
         let turning = points.iter().zip(&charts);
         let turning: f64 = turning.map(|(point, by)| point.load_power(by, rate)).sum();
         self.write_spin_rates(state, points, &charts, &spins, rate, out);
-        let solids = self.starts().take(self.solids().len());
-        for ((start, carrier), wrench) in solids.zip(&wrenches) {
+        for (body, start, carrier) in self.masses() {
             let slots = start..start + carrier.numbers();
             let (driven, lost) = carrier.write_rates(
                 integrals.time,
                 &state.as_slice()[slots.clone()],
-                wrench,
+                &wrenches[body],
                 rate,
                 &mut out.as_mut_slice()[slots],
             );
@@ -450,17 +493,77 @@ impl Assembly {
         }
         out.as_mut_slice()[self.time_slot()..].copy_from_slice(&[
             rate,
-            power * rate + turning,
+            power * rate + turning + node_power,
             loss * rate,
         ]);
         out.iter().all(|x| x.is_finite()).then_some(())
     }
 
+    /// Writes the rates of a node from the rates of the coordinates of a group.
+    fn write_node_rates(
+        &self,
+        node: &GroupNode,
+        state: &DVector<f64>,
+        rates: &DVector<f64>,
+        out: &mut DVector<f64>,
+    ) {
+        let (slots, carrier) = (self.node_slots(node.number), &self.carriers[node.number]);
+        let rates = &rates.as_slice()[node.first..node.first + node.count];
+        if carrier.joint().is_some() {
+            out.as_mut_slice()[slots].copy_from_slice(rates);
+            return;
+        }
+        let (from, to) = (
+            &state.as_slice()[slots.clone()],
+            &mut out.as_mut_slice()[slots],
+        );
+        let (turn, shift) = rates.split_at(carrier.turnings());
+        let [quaternion, position, ..] = carrier.slots();
+        if carrier.turns() {
+            let p = Vector4::from_column_slice(&from[quaternion.clone()]);
+            let omega = Vector3::from_column_slice(turn);
+            let turned = spin(&p, &(unit(&p).inverse() * omega));
+            to[quaternion].copy_from_slice(turned.as_slice());
+        }
+        to[position].copy_from_slice(shift);
+    }
+
+    /// Power, times the pace of `slope`, of the loads without a potential on a node that no joint carries.
+    fn power_on_node(
+        &self,
+        node: &GroupNode,
+        state: &DVector<f64>,
+        slope: &DVector<f64>,
+        at: &Evaluated,
+    ) -> f64 {
+        let carrier = &self.carriers[node.number];
+        if carrier.joint().is_some() || !carrier.mass().is_driven() {
+            return 0.0;
+        }
+        let slots = self.node_slots(node.number);
+        let [quaternion, position, ..] = carrier.slots();
+        let (from, rates) = (&state.as_slice()[slots.clone()], &slope.as_slice()[slots]);
+        // p' = p (body omega)/2.
+        let p = Vector4::from_column_slice(&from[quaternion.clone()]);
+        let turned = Vector4::from_column_slice(&rates[quaternion]);
+        let [p, turned] = [p, turned].map(|p| Quaternion::new(p[0], p[1], p[2], p[3]));
+        let omega = (turned * p.conjugate()).imag() * (2.0 / p.norm_squared());
+        let velocity = Vector3::from_column_slice(&rates[position]);
+        let place = BodyMotion {
+            pose: at.now.bodies[node.number].pose,
+            twist: join(&omega, &velocity),
+        };
+        (carrier.motion(at.integrals.time, &place, &Vector6::zeros())).power
+    }
+
     /// Accelerations (angular, linear) of the bodies without the nodes of joints, under wrenches at their reference
-    /// points.
+    /// points; those of nodes without mass are 0.
     fn accelerations_under(&self, at: &Evaluated, wrenches: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
         let solids = self.solids().iter().zip(&at.now.bodies).zip(wrenches);
         let motion = solids.map(|((body, place), wrench)| {
+            if body.is_massless() {
+                return Vector6::zeros();
+            }
             (body.motion(at.integrals.time, place, wrench)).acceleration
         });
         motion.collect()
@@ -579,11 +682,18 @@ impl Assembly {
     /// Charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold. The position of
     /// the end of a nearly straight rod does not determine its force along the rod, so that force is kept.
     pub fn corrected_charts(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
+        let mut joined = vec![None; at.points.len()];
+        for group in self.joined() {
+            let change = group.correction(at)?;
+            for (i, (k, _)) in group.rods.iter().enumerate() {
+                joined[*k] = Some(change.fixed_rows::<6>(6 * i).into_owned());
+            }
+        }
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
-        rods.enumerate()
-            .map(|(k, ((link, point), q))| {
-                if let Some(rod) = self.jointed(k) {
-                    return Some(q + rod.correction(at, point)?.fixed_rows::<6>(0));
+        rods.zip(joined)
+            .map(|(((link, point), q), joined)| {
+                if let Some(change) = joined {
+                    return Some(q + change);
                 }
                 let gap = point.gap();
                 let change = match link.chart().slider() {
@@ -598,12 +708,12 @@ impl Assembly {
     /// Closes the gaps of a state: charts are [`Assembly::corrected_charts`]; for nearly straight rods the bodies are
     /// moved.
     pub fn close_gaps(&self, mut state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
-        for (k, point) in at.points.iter().enumerate() {
-            if let Some(rod) = self.jointed(k) {
-                let change = rod.coordinates_of(&rod.correction(at, point)?);
-                let y = self.joints_of(&state, k);
-                let y: Vec<f64> = y.iter().zip(change.iter()).map(|(y, by)| y + by).collect();
-                state = self.with_joints_of(state, k, &y);
+        for group in self.joined() {
+            let change = group.coordinates_of(&group.correction(at)?);
+            let mut bodies = at.now.bodies.clone();
+            group.move_by(at.integrals.time, &mut bodies, &change);
+            for node in &group.nodes {
+                self.write_node(node, at.integrals.time, &bodies, &mut state);
             }
         }
         Some(self.slide_bodies(self.with_charts(state, &self.corrected_charts(at)?), at))
@@ -653,7 +763,7 @@ impl Assembly {
         let bodies = || self.carriers().iter().zip(&at.now.bodies);
         [
             bodies()
-                .filter(|(carrier, _)| carrier.joint().is_none())
+                .filter(|(carrier, _)| !carrier.is_massless())
                 .map(|(carrier, place)| carrier.kinetic(t, place))
                 .sum(),
             at.points.iter().map(|point| point.end.energy).sum(),
@@ -673,18 +783,13 @@ impl Assembly {
 
     /// Largest gap between rod ends and attachments, in radians and rod lengths.
     pub fn drift(&self, at: &Evaluated) -> f64 {
-        let rods = self.links().iter().zip(&at.points).enumerate();
-        rods.map(|(k, (link, point))| {
-            let apart = link.apart(point);
-            match self.jointed(k) {
-                None => apart,
-                Some(rod) => {
-                    let equations = rod.equations(at.integrals.time, &at.now.bodies, point);
-                    apart.max(equations.unbalanced())
-                }
-            }
-        })
-        .fold(0.0, f64::max)
+        let rods = self.links().iter().zip(&at.points);
+        let apart = rods.map(|(link, point)| link.apart(point));
+        let groups = self.joined();
+        let left = groups
+            .iter()
+            .map(|group| group.equations_at(at).unbalanced());
+        apart.chain(left).fold(0.0, f64::max)
     }
 
     /// Bodies at rest with the given poses.

@@ -19,6 +19,7 @@
 //! * [`assembly`]: one or several rods between bodies, the ground and supports: differential equations, equilibria,
 //!   rates tangent to the equilibria, small motions.
 //! * [`elements`]: the rods as chains of elements, with positions and rotations as coordinates.
+//! * [`obstacles`]: fixed obstacles that rods in elements touch.
 //! * [`held_vibrations`]: vibrations of a light rod whose ends are held.
 //! * [`vibration`]: the slowest vibrations of a stiffness and a mass.
 //!
@@ -32,6 +33,7 @@ pub mod held_vibrations;
 pub mod law;
 mod mass;
 mod maxwell_nodes;
+pub mod obstacles;
 pub mod rod;
 mod section_rotations;
 mod turning_load;

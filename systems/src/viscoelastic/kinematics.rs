@@ -3,6 +3,7 @@
 use super::grid::Grid;
 use super::loads_at_nodes::{LoadsAtNodes, TurningAtNode};
 use super::material::Constant;
+use crate::body::EndPose;
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
 use std::fmt::Debug;
 
@@ -43,7 +44,7 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Clone + Send + Syn
     type Room: Debug + Default + Send;
 
     /// The pose of the end.
-    type Pose: Debug + Clone;
+    type Pose: EndPose + Debug + Clone;
 
     /// Sets `shape` to that of the rod with `strains` at the nodes; None, with an unusable shape, if a strain is not
     /// finite.
@@ -148,6 +149,15 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Clone + Send + Syn
     ) -> bool {
         false
     }
+
+    /// Places of the axis at arc lengths in [0, 1], each with its derivative by arclength, in the frame of the clamp.
+    fn axis(
+        &self,
+        grid: &Grid,
+        shape: &Self::Shape,
+        strains: &[Local<M>],
+        places: &[f64],
+    ) -> Vec<[Vector3<f64>; 2]>;
 
     /// Error of the shape on these nodes beyond that measured by the tails of the strains; 0 if the shape is exact
     /// for polynomial strains.

@@ -80,6 +80,21 @@ impl Kinematics<1, 2> for Plane {
         shape.end
     }
 
+    fn axis(
+        &self,
+        grid: &Grid,
+        shape: &PlaneShape,
+        strains: &[Local<1>],
+        places: &[f64],
+    ) -> Vec<[Vector3<f64>; 2]> {
+        let place = |s: &f64| {
+            let r = grid.integral_at(&shape.tangents, *s);
+            let (sin, cos) = grid.integral_at(strains, *s)[0].sin_cos();
+            [Vector3::new(r.x, r.y, 0.0), Vector3::new(cos, sin, 0.0)]
+        };
+        places.iter().map(place).collect()
+    }
+
     fn transfer(&self, shape: &PlaneShape, i: usize) -> SMatrix<f64, 1, 2> {
         shape.lever(i).transpose()
     }

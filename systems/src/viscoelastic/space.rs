@@ -353,6 +353,22 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         true
     }
 
+    fn axis(
+        &self,
+        grid: &Grid,
+        curve: &FramedCurve,
+        strains: &[Local<M>],
+        places: &[f64],
+    ) -> Vec<[Vector3<f64>; 2]> {
+        let there = grid.at_each(strains, places);
+        let place = |(s, strain): (&f64, &Local<M>)| {
+            let pose = self.section_at(grid, curve, strains, *s);
+            let stretch = self.strain(strain).fixed_rows::<3>(3).into_owned();
+            [pose.translation.vector, pose.rotation * stretch]
+        };
+        places.iter().zip(&there).map(place).collect()
+    }
+
     fn transfer(&self, curve: &FramedCurve, i: usize) -> SMatrix<f64, M, D> {
         let across = curve.directors[i].transpose();
         let mut q = SMatrix::<f64, M, D>::zeros();

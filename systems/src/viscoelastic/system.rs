@@ -32,7 +32,7 @@ use crate::math::small_matrices::times;
 use crate::solve::system::System;
 use crate::viscoelastic::end_pose;
 use crate::viscoelastic::kinematics::{AtEnd, EndAndPowers, Kinematics, Local};
-use crate::viscoelastic::reduced::{Configuration, Flow, Linear, Reduced, Workspace, loose};
+use crate::viscoelastic::reduced::{Configuration, Flow, Linear, Reduced, Workspace, loose, solve};
 use linear::relaxation;
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
@@ -122,23 +122,23 @@ const TIGHT: [f64; 2] = [1e3, 1e2];
 
 /// A viscoelastic rod and the body on its end.
 #[derive(Debug)]
-pub struct ViscousSystem<'a, K: Kinematics<M, D>, B, const M: usize, const D: usize> {
+pub struct ViscousSystem<K: Kinematics<M, D>, B, const M: usize, const D: usize> {
     /// The rod.
     pub rod: Reduced<K, M, D>,
-    /// The body.
-    pub body: &'a B,
+    /// The body, owned or borrowed.
+    pub body: B,
     /// The form of implicit steps.
     pub hold: Hold,
     /// Workspace of right-hand sides, to avoid allocations; without state.
     room: RefCell<Workspace<K, M, D>>,
 }
 
-impl<'a, K, B, const M: usize, const D: usize> ViscousSystem<'a, K, B, M, D>
+impl<K, B, const M: usize, const D: usize> ViscousSystem<K, B, M, D>
 where
     K: Kinematics<M, D>,
 {
     /// A rod with a body on its end, and the form of implicit steps.
-    pub fn new(rod: Reduced<K, M, D>, body: &'a B, hold: Hold) -> Self {
+    pub fn new(rod: Reduced<K, M, D>, body: B, hold: Hold) -> Self {
         let room = RefCell::default();
         Self {
             rod,
@@ -149,7 +149,7 @@ where
     }
 }
 
-impl<K, B, const M: usize, const D: usize> ViscousSystem<'_, K, B, M, D>
+impl<K, B, const M: usize, const D: usize> ViscousSystem<K, B, M, D>
 where
     K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
@@ -397,6 +397,26 @@ where
         Some((at, flow))
     }
 
+    /// Shifts the end by a small twist `by`: the strains change as a wrench of the right size would change them. None
+    /// where wrenches do not move the end that way, as along a straight rod that cannot stretch.
+    pub fn shift_end(&self, y: &mut DVector<f64>, by: &AtEnd<D>) -> Option<()> {
+        let (at, flow) = self.at(y)?;
+        if loose(&flow.mobility).next().is_some() {
+            return None;
+        }
+        let wrench = solve(&flow.mobility, by)?;
+        for (i, (fluidity, transfer)) in flow.fluidity.iter().zip(&at.transfer).enumerate() {
+            let change = fluidity * (transfer * wrench);
+            let mut strain = y.fixed_rows_mut::<M>(i * M);
+            strain += change;
+        }
+        let shape = (self.rod.kinematics).shape(&self.rod.grid, &self.strains(y))?;
+        let layout = self.layout();
+        let slots = &mut y.as_mut_slice()[layout.place()..layout.wrench()];
+        K::place(&self.rod.kinematics.pose(&shape), slots);
+        Some(())
+    }
+
     /// Jacobian of the system from that of the rod.
     fn with_body(
         &self,
@@ -472,7 +492,7 @@ fn write<const M: usize>(to: &mut [f64], field: &[Local<M>]) {
     }
 }
 
-impl<K, B, const M: usize, const D: usize> System for ViscousSystem<'_, K, B, M, D>
+impl<K, B, const M: usize, const D: usize> System for ViscousSystem<K, B, M, D>
 where
     K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,

@@ -189,6 +189,11 @@ impl Ring {
         Ok(ring)
     }
 
+    /// True if the wall stretches along itself.
+    pub fn is_extensible(&self) -> bool {
+        self.compliance > 0.0
+    }
+
     /// The round section at the buckling pressure.
     pub fn buckling(&self) -> &Section {
         &self.buckling

@@ -16,6 +16,8 @@ pub struct RingTable {
     point: Option<Stage>,
     /// P alpha^(3/2) in contact along a line; NaN where there is none.
     line_law: f64,
+    /// Energies over pi at touch and at contact along a line.
+    energies: [f64; 2],
 }
 
 /// One smooth part of the branch.
@@ -66,10 +68,14 @@ impl RingTable {
         let line_law = ring
             .line()
             .map_or(f64::NAN, |line| line.pressure * line.area.powf(1.5));
+        let all = |stage: &Stage| stage.pressure.jet(stage.areas[0])[0];
+        let touching = all(&open);
+        let flat = touching + point.as_ref().map_or(0.0, all);
         Ok(Self {
             open,
             point,
             line_law,
+            energies: [touching, flat],
         })
     }
 
@@ -89,6 +95,42 @@ impl RingTable {
                 (pressure, -1.5 * pressure / area)
             }
         }
+    }
+
+    /// \[energy, P, dP/dalpha, d2P/dalpha2\] at the area `area` of a buckled section; NaN outside of the branch. The
+    /// energy is over pi: its derivative by alpha is -P, and it vanishes for the round ring.
+    pub fn jet(&self, area: f64) -> [f64; 4] {
+        if !(0.0 < area && area <= self.open.areas[0]) {
+            return [f64::NAN; 4];
+        }
+        let of = |stage: &Stage, energy: f64| {
+            let [integral, pressure, slope, bend] = stage.pressure.jet(area);
+            [energy - integral, pressure, slope, bend]
+        };
+        if area >= self.open.areas[1] {
+            return of(&self.open, self.energies[0]);
+        }
+        match &self.point {
+            Some(point) if area >= point.areas[1] => of(point, self.energies[1]),
+            _ => {
+                let narrow = self.point.as_ref().map_or(f64::NAN, |point| point.areas[1]);
+                let root = area.sqrt();
+                let pressure = self.line_law / (area * root);
+                [
+                    self.energies[1] + 2.0 * self.line_law * (1.0 / root - 1.0 / narrow.sqrt()),
+                    pressure,
+                    -1.5 * pressure / area,
+                    3.75 * pressure / (area * area),
+                ]
+            }
+        }
+    }
+
+    /// Areas at which the branch begins, touches at a point, and touches along a line; those of modes that end at
+    /// the touch are the first two.
+    pub fn junctions(&self) -> Vec<f64> {
+        let line = self.point.as_ref().map(|point| point.areas[1]);
+        self.open.areas.into_iter().chain(line).collect()
     }
 
     /// The area of the buckled section under P; NaN below buckling and past the end of the branch.

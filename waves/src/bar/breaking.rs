@@ -1,7 +1,7 @@
 //! Breaking of waves: the envelope of characteristics from a loaded end, and the law of acceleration waves
 //! (docs/bars.md 1).
 
-use super::{Bar, End, Material, WaveKind};
+use super::{Bar, End, Law1d, Material, WaveKind};
 
 /// Place and time at which the first shock forms.
 #[derive(Debug, Clone, Copy, PartialEq)]

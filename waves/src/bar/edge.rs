@@ -1,7 +1,8 @@
 //! One-sided Riemann problems at the ends of finite volumes (docs/bars.md 2).
 
-use super::finite_volumes::{COURANT, STEEPEST, limited};
-use super::{Bar, End};
+use super::finite_volumes::{COURANT, STEEPEST};
+use super::{Bar, End, Law1d};
+use crate::profile::limited;
 use snaprod_core::error::Result;
 
 /// State at an end.

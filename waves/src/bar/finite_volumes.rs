@@ -13,7 +13,8 @@
 //! Without slopes every D is positive, whatever the impedances.
 
 use super::edge::Edge;
-use super::{Bar, BarMotion, End, EndState, Extremes, LOWER, Ledger, Snapshot, no_time};
+use super::{Bar, BarMotion, End, EndState, Extremes, LOWER, Law1d, Ledger, Snapshot, no_time};
+use crate::profile::limited;
 use snaprod_core::error::{Cause, Error, Result, Stuck};
 
 /// A bar in motion by finite volumes.
@@ -95,7 +96,7 @@ impl FiniteVolumes {
             time: 0.0,
             ends: [at(0.0, 0.0), at(length, bar.length)],
             extremes: [Extremes::new(0.0, 0.0); 2],
-            bends: (bar.material.inflections().iter())
+            bends: (bar.material.bends().iter())
                 .map(|lam| bar.material.stress(*lam))
                 .collect(),
             sums: TimeIntegrals::default(),
@@ -309,7 +310,7 @@ impl FiniteVolumes {
             if !(bent || strain > WIDE * lam[l]) {
                 continue;
             }
-            let [stretch, velocity] = material.star([lam[l], v[l]], [lam[r], v[r]])?;
+            let [stretch, velocity] = material.between([lam[l], v[l]], [lam[r], v[r]])?;
             let stress = material.stress(stretch);
             losses[face] = (sigma[r] - sigma[l]) * (velocity - 0.5 * (v[l] + v[r]))
                 + (v[r] - v[l]) * (stress - 0.5 * (sigma[l] + sigma[r]));
@@ -490,14 +491,4 @@ fn sloped(steep: f64, sigma: f64, v: f64, z: f64, before: [f64; 2], after: [f64;
     let (p, m) = (limited(steep, ap, bp), limited(steep, am, bm));
     let (ds, dv) = (0.25 * z * (p - m), 0.25 * (p + m));
     [sigma - ds, v - dv, sigma + ds, v + dv]
-}
-
-/// The central slope, limited to `steep` times the lesser of both. With 2 it keeps the bounds of the neighbours (van
-/// Leer's monotonized central limiter), with 1 it is the lesser of them.
-#[inline]
-pub(super) fn limited(steep: f64, a: f64, b: f64) -> f64 {
-    let size = (steep * a.abs())
-        .min(steep * b.abs())
-        .min(0.5 * (a + b).abs());
-    if a * b > 0.0 { size.copysign(a) } else { 0.0 }
 }

@@ -1,7 +1,7 @@
 //! A light bar with a heavy end: the motion without waves, its next order, and the frequencies of a linear bar
 //! (docs/bars.md 3).
 
-use super::{Bar, End, Material, positive};
+use super::{Bar, End, Law1d, Material, positive};
 use nalgebra::Vector4;
 use snaprod_core::error::{Error, Result};
 use snaprod_core::solve::dop853::Dop853;

@@ -4,7 +4,9 @@
 //! The stretch forms move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has
 //! the stretch of its load.
 
-use super::{Bar, BarMotion, End, EndState, Extremes, LOWER, Ledger, Scheme, Snapshot, no_time};
+use super::{
+    Bar, BarMotion, End, EndState, Extremes, LOWER, Law1d, Ledger, Scheme, Snapshot, no_time,
+};
 use snaprod_core::error::{Cause, Error, Result, Stuck};
 
 /// A bar in motion by one of the thesis' schemes.

@@ -1,8 +1,8 @@
 //! Uniaxial hyperelastic laws: energy, stress, speed and the integral Phi of the speed (docs/bars.md 1).
 
 use super::positive;
+use crate::law1d::{Law1d, Panels, sign_changes};
 use snaprod_core::error::{Error, Result};
-use snaprod_core::math::gauss::Rule;
 use snaprod_core::solve::roots::chandrupatla;
 
 /// A law as given in a scene; sigma is force per undeformed area. The neo-Hookean, Mooney and Biderman laws are those
@@ -32,8 +32,9 @@ pub struct Material {
     reach: [f64; 2],
     /// Stretches at which the curvature of the stress changes sign, in growing order.
     inflections: Vec<f64>,
-    nodes: [f64; PANEL],
-    weights: [f64; PANEL],
+    /// Stretches at which the law is not smooth: the rows of a table.
+    knots: Vec<f64>,
+    panels: Panels,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -53,8 +54,6 @@ struct Knot {
     energy: f64,
 }
 
-/// Nodes of a panel of the quadrature of Phi.
-const PANEL: usize = 12;
 /// Zeros of sigma' and sigma'' are sought between 1/FAR and FAR, in steps of lam by the factor FINE.
 const FAR: f64 = 1e3;
 const FINE: f64 = 1.01;
@@ -81,31 +80,18 @@ impl Material {
                 "the stress of {stress:?} must grow with the stretch: its slope at stretch 1 is {slope}"
             )));
         }
-        let rule = Rule::new(PANEL);
         let reach = kind.reach();
         Ok(Self {
             inflections: kind.inflections(reach),
+            knots: match &kind {
+                MaterialKind::Table(knots) => knots.iter().map(|knot| knot.lam).collect(),
+                _ => Vec::new(),
+            },
             kind,
             density,
             reach,
-            nodes: std::array::from_fn(|i| rule.nodes[i]),
-            weights: std::array::from_fn(|i| rule.weights[i]),
+            panels: Panels::default(),
         })
-    }
-
-    /// Mass per undeformed volume.
-    pub fn density(&self) -> f64 {
-        self.density
-    }
-
-    /// The open interval of stretches around 1 in which the stress grows, so that waves have a speed.
-    pub fn reach(&self) -> [f64; 2] {
-        self.reach
-    }
-
-    /// Stretches at which the curvature of the stress changes sign.
-    pub fn inflections(&self) -> &[f64] {
-        &self.inflections
     }
 
     /// Refuses a stretch outside the reach.
@@ -120,37 +106,6 @@ impl Material {
         Err(Error::domain(format!(
             "the stretch {lam} must lie between {low} and {high}, where the stress of the bar grows with the stretch"
         )))
-    }
-
-    /// \[W, sigma, sigma', sigma''\] at a stretch inside the reach.
-    #[inline]
-    pub fn jet(&self, lam: f64) -> [f64; 4] {
-        self.kind.jet(lam)
-    }
-
-    /// The strain energy per undeformed volume.
-    pub fn energy(&self, lam: f64) -> f64 {
-        self.jet(lam)[0]
-    }
-
-    /// The stress, force per undeformed area.
-    pub fn stress(&self, lam: f64) -> f64 {
-        self.jet(lam)[1]
-    }
-
-    /// The speed of waves over the material, (sigma'/density)^1/2.
-    pub fn speed(&self, lam: f64) -> f64 {
-        (self.jet(lam)[2] / self.density).sqrt()
-    }
-
-    /// The greatest speed of waves at the stretches from `a` to `b`, an upper bound for the parts of the wave between
-    /// them.
-    pub(super) fn fastest(&self, a: f64, b: f64) -> f64 {
-        let (low, high) = (a.min(b), a.max(b));
-        let inner = self.inflections.iter().copied();
-        let inner = inner.filter(|lam| low < *lam && *lam < high);
-        let speeds = inner.map(|lam| self.speed(lam));
-        speeds.fold(self.speed(a).max(self.speed(b)), f64::max)
     }
 
     /// The stretch at the stress `sigma`.
@@ -192,91 +147,29 @@ impl Material {
         }
         inside
     }
+}
 
-    /// Phi(to) - Phi(from), the integral of the speed, to rounding: the change of velocity across a fan.
-    pub fn phi(&self, from: f64, to: f64) -> f64 {
-        let MaterialKind::Table(knots) = &self.kind else {
-            return self.panel(from, to);
-        };
-        let (low, high) = (from.min(to), from.max(to));
-        let inner = knots.iter().map(|knot| knot.lam);
-        let inner: Vec<f64> = inner.filter(|lam| low < *lam && *lam < high).collect();
-        let ends = [&[low][..], &inner, &[high]].concat();
-        let sum: f64 = ends
-            .windows(2)
-            .map(|pair| self.panel(pair[0], pair[1]))
-            .sum();
-        if from < to { sum } else { -sum }
+impl Law1d for Material {
+    fn density(&self) -> f64 {
+        self.density
     }
 
-    fn panel(&self, from: f64, to: f64) -> f64 {
-        let whole = self.rule(from, to);
-        // Far below the distance to any singularity of the speed.
-        if (to - from).abs() < 1e-3 * from.min(to) {
-            return whole;
-        }
-        self.halved(from, to, whole, f64::EPSILON * whole.abs())
+    fn reach(&self) -> [f64; 2] {
+        self.reach
     }
 
-    fn halved(&self, from: f64, to: f64, whole: f64, floor: f64) -> f64 {
-        let middle = 0.5 * (from + to);
-        let (a, b) = (self.rule(from, middle), self.rule(middle, to));
-        // A rule of 12 nodes gains some 7 digits by halving: 1e-8 here is rounding in the halves. NaN is not refined
-        // either.
-        let refined = (a + b - whole).abs();
-        if !(refined > floor && refined > 1e-9 * whole.abs()) {
-            return a + b;
-        }
-        self.halved(from, middle, a, floor) + self.halved(middle, to, b, floor)
+    fn bends(&self) -> &[f64] {
+        &self.inflections
     }
 
-    fn rule(&self, from: f64, to: f64) -> f64 {
-        let width = to - from;
-        let nodes = self.nodes.iter().zip(&self.weights);
-        let sum: f64 = nodes
-            .map(|(x, weight)| weight * self.speed(from + width * x))
-            .sum();
-        width * sum
+    #[inline]
+    fn jet(&self, lam: f64) -> [f64; 4] {
+        self.kind.jet(lam)
     }
 
-    /// The root in the reach of a growing function with its derivative: Newton inside a bracket. None if there is none.
-    pub(super) fn increasing(
-        &self,
-        guess: f64,
-        f: impl Fn(f64) -> Option<(f64, f64)>,
-    ) -> Option<f64> {
-        let [mut low, mut high] = self.reach;
-        let inside = low < guess && guess < high;
-        let mut x = if inside { guess } else { 1.0 };
-        for _ in 0..200 {
-            let (value, slope) = f(x)?;
-            if value == 0.0 {
-                return Some(x);
-            }
-            if value < 0.0 {
-                low = x;
-            } else if value > 0.0 {
-                high = x;
-            } else {
-                return None;
-            }
-            // Bounded by a factor, since the law may be arbitrarily steep.
-            let newton = (x - value / slope).clamp(0.25 * x, 4.0 * x);
-            if (newton - x).abs() <= 2.0 * f64::EPSILON * x {
-                return Some(newton);
-            }
-            let next = match low < newton && newton < high {
-                true => newton,
-                false if high.is_finite() => 0.5 * (low + high),
-                false => return None,
-            };
-            if (next - x).abs() <= 2.0 * f64::EPSILON * x {
-                // At an edge of the reach the last iterate is a root only if the function vanishes.
-                return (value.abs() <= 1e-9 * slope * x).then_some(next);
-            }
-            x = next;
-        }
-        None
+    fn phi(&self, from: f64, to: f64) -> f64 {
+        self.panels
+            .integral(&|lam| self.speed(lam), &self.knots, from, to)
     }
 }
 
@@ -366,17 +259,7 @@ impl MaterialKind {
             }
             return found;
         }
-        let mut lam = low.max(1.0 / FAR);
-        let mut here = bend(lam);
-        while lam < high.min(FAR) {
-            let next = lam * FINE;
-            let there = bend(next);
-            if here * there < 0.0 {
-                found.extend(chandrupatla(bend, (lam, here), (next, there), 0.0));
-            }
-            (lam, here) = (next, there);
-        }
-        found
+        sign_changes(&bend, [low.max(1.0 / FAR), high.min(FAR)], FINE)
     }
 }
 

@@ -15,7 +15,6 @@ pub mod breaking;
 mod edge;
 mod finite_volumes;
 pub mod heavy;
-mod hull;
 mod lattice;
 mod material;
 mod riemann;
@@ -23,8 +22,8 @@ mod shocks;
 mod spectral;
 mod stability;
 
+pub use crate::law1d::{Law1d, Wave, WaveKind};
 pub use finite_volumes::FiniteVolumes;
-pub use hull::{Wave, WaveKind};
 pub use lattice::Lattice;
 pub use material::{Material, Stress};
 pub use riemann::Star;

@@ -1,6 +1,7 @@
 //! Detection of shocks in a computed state.
 
-use super::{Bar, Snapshot, WaveKind};
+use super::{Bar, Law1d, Snapshot, WaveKind};
+use crate::profile::{Passage, passages};
 
 /// A shock: position, speed, states on both sides and loss.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,12 +18,6 @@ pub struct Shock {
     pub loss_rate: f64,
 }
 
-/// Largest number of cells over which a scheme spreads either half of a shock beside its steepest face.
-const SPREAD: usize = 6;
-/// Jumps down to this fraction of the steepest belong to the shock.
-const FOOT: f64 = 0.12;
-/// Least part of the shock's jump on its steepest face.
-const STEEP: f64 = 0.2;
 /// Least dissipation over the power [sigma] [v]: weaker fronts are steep waves as often as shocks.
 const WEAK: f64 = 4e-3;
 /// Jumps below this part of the range of stretches are ignored.
@@ -35,41 +30,16 @@ const FAINT: f64 = 0.02;
 /// stretch.
 pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
     let (lam, v) = (&state.stretch, &state.velocity);
-    let n = lam.len();
     let material = bar.material();
     let bounds = lam
         .iter()
         .fold((1.0f64, 1.0f64), |(a, b), x| (a.min(*x), b.max(*x)));
     let faint = FAINT * (bounds.1 - bounds.0) + 1e-9;
-    let jump = |i: usize| lam[i + 1] - lam[i];
     let mut found: Vec<Shock> = Vec::new();
-    let mut i = 0;
-    while i + 1 < n {
-        let steepest = jump(i).abs();
-        let near = i.saturating_sub(SPREAD)..(i + SPREAD + 1).min(n - 1);
-        if !(steepest > 0.2 * faint) || near.clone().any(|k| jump(k).abs() > steepest) {
-            i += 1;
-            continue;
-        }
-        let belongs = |k: usize| jump(k) * jump(i) > 0.0 && jump(k).abs() > FOOT * steepest;
-        let (mut a, mut b) = (i, i + 1);
-        while a > 0 && i - a < SPREAD && belongs(a - 1) {
-            a -= 1;
-        }
-        while b + 1 < n && b - i < SPREAD + 1 && belongs(b) {
-            b += 1;
-        }
-        let spread = (a > 0 && belongs(a - 1)) || (b + 1 < n && belongs(b));
-        // Extends the shock by up to three flat cells on either side.
-        for _ in 0..3 {
-            let flat = |k: usize| jump(k).abs() <= FOOT * steepest;
-            a -= usize::from(a > 0 && flat(a - 1));
-            b += usize::from(b + 1 < n && flat(b));
-        }
+    for Passage { from: a, to: b } in passages(lam, faint) {
         let (dl, dv) = (lam[b] - lam[a], v[b] - v[a]);
         let x = state.x[a] - 0.5 * (state.x[1] - state.x[0]);
-        i = b;
-        if spread || dl.abs() < faint || dl * dv == 0.0 || steepest < STEEP * dl.abs() {
+        if dl * dv == 0.0 {
             continue;
         }
         // [v] = -s [lam].

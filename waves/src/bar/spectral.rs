@@ -1,6 +1,6 @@
 //! One spectral element: polynomials through Legendre-Gauss-Lobatto nodes, diagonal mass, DOP853. For smooth motions.
 
-use super::{Bar, BarMotion, End, EndState, Extremes, Ledger, Snapshot};
+use super::{Bar, BarMotion, End, EndState, Extremes, Law1d, Ledger, Snapshot};
 use nalgebra::{DMatrix, DVector};
 use snaprod_core::error::{Cause, Error, Result, Stuck};
 use snaprod_core::math::gauss::{Rule, legendre};

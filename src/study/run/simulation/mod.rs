@@ -106,9 +106,9 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`]; a name that is none of a body.
     pub fn pushed(scene: &Scene, bodies: &[&str]) -> Result<Self> {
-        if scene.is_bar() {
+        if scene.is_medium() {
             return Err(Error::domain(
-                "a bar cannot be stepped: its waves are run from beginning to end",
+                "a bar or a flow cannot be stepped: its waves are run from beginning to end",
             ));
         }
         if scene.run()?.landing == LandingRule::All {

@@ -31,6 +31,7 @@ mod statics;
 mod system;
 mod vibrations;
 
+use super::obstacles::ObstaclesOfRods;
 use super::rod::{Balance, HeavyRod, RodState, RodSupport};
 use crate::assembly::{AttachedTo, Attachment, Body, BodyMotion, FreeAxis, Joint, Tube};
 use crate::body::{EndMotion, RigidBody};
@@ -41,6 +42,7 @@ use attachment_kinematics::{BodyNow, Seat};
 pub use downhill::EITHER_SIDE;
 use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
+use std::sync::Arc;
 pub use system::INTEGRALS;
 
 /// Mass of the body that stands for a free base, in units in which the mass of a rod is about 1: below the rounding of
@@ -77,6 +79,7 @@ pub struct HeavyAssembly {
     /// The rods.
     pub links: Vec<HeavyLink>,
     names: Vec<String>,
+    obstacles: Option<Arc<ObstaclesOfRods>>,
     layout: AssemblyLayout,
 }
 
@@ -255,6 +258,7 @@ impl HeavyAssembly {
             carriers,
             links,
             names: Vec::new(),
+            obstacles: None,
         })
     }
 
@@ -263,6 +267,18 @@ impl HeavyAssembly {
     pub fn with_names(mut self, rods: Vec<String>) -> Self {
         self.names = rods;
         self
+    }
+
+    /// Lets rods and bodies touch obstacles.
+    #[must_use]
+    pub fn among(mut self, obstacles: ObstaclesOfRods) -> Self {
+        self.obstacles = Some(Arc::new(obstacles));
+        self
+    }
+
+    /// The obstacles that rods and bodies touch.
+    pub fn obstacles(&self) -> Option<&Arc<ObstaclesOfRods>> {
+        self.obstacles.as_ref()
     }
 
     /// Label of a rod in messages.
@@ -288,7 +304,10 @@ impl HeavyAssembly {
             })
         });
         let next = Self::new(self.carriers.clone(), links.collect::<Result<_>>()?)?;
-        Ok(next.with_names(self.names.clone()))
+        Ok(Self {
+            obstacles: self.obstacles.clone(),
+            ..next.with_names(self.names.clone())
+        })
     }
 
     /// Index of time in a state; dissipated energy, work and loss to drag follow.

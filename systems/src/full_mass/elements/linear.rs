@@ -3,7 +3,7 @@
 use super::block_lu::{BlockLu, Pattern};
 use super::system::{ElementMoment, INTEGRALS, NodeNow, PLACE, TWIST, by_spin, point, point_rate};
 use super::{Carrier, ElementAssembly, ElementNode, ElementRod, Freedoms, RodElement};
-use crate::math::se3::{Turn, conjugate, halves, product};
+use crate::math::se3::{Turn, conjugate, halves, join, product};
 use crate::section::Strain;
 use crate::solve::system::{Factor, Linearised, Scalar};
 use nalgebra::{DVector, Matrix3, Matrix4x3, Matrix6, SMatrix, SVector, Vector3, Vector6};
@@ -56,6 +56,30 @@ enum ElementFactors<T: Scalar> {
 struct ElementStiffness {
     place: Vec<Matrix6<f64>>,
     velocity: Vec<Matrix6<f64>>,
+}
+
+impl ElementStiffness {
+    /// Adds the obstacles around element `number` of rod `k`.
+    fn push_by_obstacles(
+        &mut self,
+        model: &ElementAssembly,
+        (k, number): (usize, usize),
+        now: &[NodeNow],
+    ) -> Option<()> {
+        let pairs = self.place.len();
+        let count = pairs.isqrt();
+        model.stiffen_element((k, number), now, |i, j, [place, velocity]| {
+            if self.velocity.is_empty() {
+                self.velocity = vec![Matrix6::zeros(); pairs];
+            }
+            let add = |block: &mut Matrix6<f64>, part: Matrix3<f64>| {
+                let mut forces = block.fixed_view_mut::<3, 3>(3, 3);
+                forces += part;
+            };
+            add(&mut self.place[i * count + j], place);
+            add(&mut self.velocity[i * count + j], velocity);
+        })
+    }
 }
 
 impl ElementAssembly {
@@ -171,10 +195,12 @@ impl ElementAssembly {
         let mut place = vec![SMatrix::<f64, D, D>::zeros(); blocks];
         let mut velocity = vec![SMatrix::<f64, D, D>::zeros(); blocks];
         let mut mass = vec![SMatrix::<f64, D, D>::zeros(); self.sites.len()];
-        for ((rod, now), forces) in self.rods.iter().zip(&at.nodes).zip(&at.forces) {
+        let rods = self.rods.iter().zip(&at.nodes).zip(&at.forces);
+        for (k, ((rod, now), forces)) in rods.enumerate() {
             let seen = rod.seen_at(at.t)?;
-            for element in &rod.elements {
-                let found = self.stiffness(&seen, element, now)?;
+            for (number, element) in rod.elements.iter().enumerate() {
+                let mut found = self.stiffness(&seen, element, now)?;
+                found.push_by_obstacles(self, (k, number), now)?;
                 let nodes = &rod.nodes[element.nodes.clone()];
                 let now = &now[element.nodes.clone()];
                 let count = nodes.len();
@@ -228,6 +254,21 @@ impl ElementAssembly {
                 }
             }
         }
+        let on_balls = self.ball_nodes();
+        self.stiffen_balls(&at.balls, |k, force, [by_place, by_velocity]| {
+            let ball = (&on_balls[k], &at.balls[k]);
+            for (to, block) in [(&mut place, by_place), (&mut velocity, by_velocity)] {
+                let mut whole = Matrix6::zeros();
+                whole.fixed_view_mut::<3, 3>(3, 3).copy_from(&block);
+                self.spread(ball, ball, &whole, |a, b, m| {
+                    to[self.pattern.block(a, b)] += picked(m)
+                });
+            }
+            let wrench = join(&Vector3::zeros(), &force);
+            if let Some((site, block)) = turned_lever(ball.0, ball.1, &wrench) {
+                place[site] += picked(&block);
+            }
+        })?;
         for hold in &self.holds {
             let found = hold.stiffness(&at.sites);
             let ends = [Some(hold.site), hold.carrier()];

@@ -12,6 +12,7 @@
 //! (`axis_joint`). A run chooses their stiffness by the loads ([`ElementAssembly::give_under_loads`]).
 
 mod axis_joint;
+mod barrier;
 mod block_lu;
 mod descent;
 mod hold;
@@ -22,6 +23,7 @@ mod sample;
 mod strain_at_point;
 mod system;
 
+pub use barrier::{BarrierContact, BarrierStrength, Missed, NearestPlace, Touching};
 pub use descent::equilibrium;
 pub use linear::{ElementFactor, ElementLinear};
 pub use system::{ElementMoment, INTEGRALS};
@@ -36,6 +38,7 @@ use crate::error::{Error, Result};
 use crate::math::gauss::{Rule, legendre, lobatto};
 use crate::math::se3::{Turn, product};
 use axis_joint::AxisJoint;
+use barrier::Barrier;
 use block_lu::Pattern;
 use hold::Hold;
 use nalgebra::{DMatrix, Isometry3, Vector3};
@@ -159,6 +162,8 @@ pub struct ElementAssembly {
     /// Springs in place of constraints; none in motion.
     holds: Vec<Hold>,
     joints: Vec<AxisJoint>,
+    /// Obstacles, if there are any.
+    barrier: Option<Barrier>,
     /// Stiffness of all springs over that of the first ones.
     hold: f64,
     /// Number of the bodies of the list, the first sites.
@@ -246,7 +251,7 @@ impl ElementAssembly {
     /// The bodies and rods of `given` on a mesh.
     ///
     /// # Errors
-    /// Grooves, Maxwell branches: what elements do not follow.
+    /// Grooves, Maxwell branches: what elements do not follow. Obstacles that are too thin for the rods.
     pub fn new(given: &HeavyAssembly, mesh: Mesh) -> Result<Self> {
         if given.carriers.iter().any(|body| body.groove().is_some()) {
             return Err(only_strains("bodies in grooves"));
@@ -258,6 +263,7 @@ impl ElementAssembly {
             rods: Vec::new(),
             holds: Vec::new(),
             joints: Vec::new(),
+            barrier: None,
             hold: 1.0,
             bodies: given.carriers.len(),
             freedoms: Freedoms::Space,
@@ -277,6 +283,20 @@ impl ElementAssembly {
             made.push_rod(k, &link.rod.given, &link.from, link.to.as_ref())?;
         }
         made.renew_pattern();
+        if let Some(obstacles) = given.obstacles() {
+            let lengths = made.rods.iter().map(|rod| rod.law().length());
+            let (length, mass) = (lengths.sum(), made.mass());
+            let rods = made.rods.iter();
+            let elements = rods.flat_map(|rod| rod.elements.iter().map(|one| rod.length(one)));
+            let longest = elements.fold(0.0, f64::max);
+            let nodes = &made.table.nodes;
+            made.barrier = Some(Barrier::new(
+                obstacles.clone(),
+                nodes,
+                (mass, length),
+                longest,
+            )?);
+        }
         made.damped = made.rods.iter().any(|rod| rod.law().is_damped());
         Ok(made)
     }
@@ -555,6 +575,12 @@ impl ElementAssembly {
     /// Number of things that move by themselves.
     pub fn sites(&self) -> usize {
         self.sites.len()
+    }
+
+    /// Mass of all that moves.
+    fn mass(&self) -> f64 {
+        let masses = self.sites.iter().flat_map(|site| &site.masses);
+        masses.map(Mass::mass).sum()
     }
 
     /// True if springs hold rigid strains, or joints with axes.

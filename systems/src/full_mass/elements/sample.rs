@@ -1,8 +1,9 @@
 //! Quantities of a moment: sections, strains, bodies, and how well the elements resolve them.
 
-use super::system::{accelerated, by_spin, point, point_rate};
+use super::system::{Moving, accelerated, by_spin, point, point_rate};
 use super::{ElementAssembly, ElementMoment, ElementRod, Freedoms, RodElement};
 use crate::assembly::BodyMotion;
+use crate::body::Mass;
 use crate::math::se3::{Turn, unit};
 use crate::section::Strain;
 use nalgebra::{DVector, Isometry3, Vector3, Vector6};
@@ -33,7 +34,7 @@ fn weighted(weights: &[f64], vectors: &[Vector3<f64>]) -> Vector3<f64> {
 
 impl ElementRod {
     /// Number of the element at s, and the place in it, in [0, 1].
-    fn element_at(&self, s: f64) -> (usize, f64) {
+    pub(super) fn element_at(&self, s: f64) -> (usize, f64) {
         let last = self.elements.len() - 1;
         let number = self.elements.partition_point(|e| e.to < s).min(last);
         let element = &self.elements[number];
@@ -89,17 +90,20 @@ impl ElementAssembly {
             .collect()
     }
 
-    /// Largest strain of the softest spring under all loads of a time together, in radians and lengths of the rod.
-    /// Loads in time are those at `times`; bodies move as at the moment. The pull of a moving mass is that on a circle
-    /// with the radius of the rod. 0 without springs.
-    pub fn give_under_loads(&self, at: &ElementMoment, times: &[f64]) -> f64 {
+    /// Masses with the motions of their sites.
+    fn moving_masses<'a>(
+        &'a self,
+        at: &'a ElementMoment,
+    ) -> impl Iterator<Item = (&'a Mass, &'a Moving)> {
+        let sites = self.sites.iter().zip(&at.sites);
+        sites.flat_map(|(site, now)| site.masses.iter().map(move |mass| (mass, now)))
+    }
+
+    /// Sum of the sizes of all loads, the largest over `times`; bodies move as at the moment.
+    pub(super) fn largest_load(&self, at: &ElementMoment, times: &[f64]) -> f64 {
         let none = Vector6::zeros();
-        let masses = || {
-            let sites = self.sites.iter().zip(&at.sites);
-            sites.flat_map(|(site, now)| site.masses.iter().map(move |mass| (mass, now)))
-        };
         let force_at = |t: f64| -> f64 {
-            let forces = masses().map(|(mass, now)| {
+            let forces = self.moving_masses(at).map(|(mass, now)| {
                 let free = mass
                     .motion(t, &now.pose(), &now.twist(), &none)
                     .acceleration;
@@ -109,15 +113,22 @@ impl ElementAssembly {
         };
         let turning = self.rods.iter().flat_map(|rod| &rod.turning);
         let turning: f64 = turning.map(|load| load.force.norm()).sum();
-        let force = times
-            .iter()
-            .fold(0.0, |most, t| f64::max(most, force_at(*t)));
-        let speed: f64 = masses()
+        let most = |most: f64, t: &f64| f64::max(most, force_at(*t));
+        times.iter().fold(0.0, most) + turning
+    }
+
+    /// Largest strain of the softest spring under all loads of a time together, in radians and lengths of the rod.
+    /// Loads in time are those at `times`; bodies move as at the moment. The pull of a moving mass is that on a circle
+    /// with the radius of the rod. 0 without springs.
+    pub fn give_under_loads(&self, at: &ElementMoment, times: &[f64]) -> f64 {
+        let force = self.largest_load(at, times);
+        let speed: f64 = self
+            .moving_masses(at)
             .map(|(mass, now)| mass.mass() * now.twist().fixed_rows::<3>(3).norm_squared())
             .sum();
         let gives = self.rods.iter().flat_map(|rod| {
             let length = rod.law().length();
-            let pull = force + turning + speed / length;
+            let pull = force + speed / length;
             rod.springs.iter().map(move |(i, spring)| {
                 let lever = if *i < 3 { length.powi(2) } else { 1.0 };
                 pull * lever / spring

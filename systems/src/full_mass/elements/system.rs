@@ -1,10 +1,11 @@
 //! Differential equations of rods in elements.
 //!
 //! State: position and quaternion of every site, then (angular velocity, velocity) of every site; time, energy lost
-//! to friction, work, loss to drag. The axes are those of the frame of the assembly. Masses are those of single
-//! sites, so that accelerations follow from forces site by site.
+//! to friction, work, loss to drag, losses at closing and to friction at obstacles. The axes are those of the frame of
+//! the assembly. Masses are those of single sites, so that accelerations follow from forces site by site.
 
 use super::axis_joint::JointAction;
+use super::barrier::BarrierSums;
 use super::linear::ElementLinear;
 use super::strain_at_point::Point;
 use super::{Carrier, ElementAssembly, ElementNode, ElementRod, Freedoms, RodElement};
@@ -16,8 +17,9 @@ use crate::section::Strain;
 use crate::solve::system::System;
 use nalgebra::{DVector, Isometry3, Matrix4x3, Matrix6, Vector3, Vector6};
 
-/// Number of integrals over time in a state: time itself, energy dissipated, work, loss to drag.
-pub const INTEGRALS: usize = 4;
+/// Number of integrals over time in a state: time itself, energy dissipated, work, loss to drag, losses at closing and
+/// to friction at obstacles.
+pub const INTEGRALS: usize = 6;
 /// Numbers of the place of a site, and of its twist.
 pub(super) const PLACE: usize = 7;
 pub(super) const TWIST: usize = 6;
@@ -62,12 +64,17 @@ pub struct ElementMoment {
     pub(super) on_sites: Vec<Vector6<f64>>,
     /// Accelerations of the sites.
     pub(super) accelerations: Vec<Vector6<f64>>,
-    /// Power of friction, of loads without potential and supports, of drag.
-    powers: [f64; 3],
+    /// Power of friction, of loads without potential and supports, of drag; losses at closing and to friction at
+    /// obstacles.
+    powers: [f64; 5],
     /// Places of the joints on their holders, and the wrenches of the joints.
     pub(super) joints: Vec<(NodeNow, JointAction)>,
     /// Energy of the strains, and loss per length at the Gauss points of each rod.
     pub(super) elastic: f64,
+    /// Energy of the barrier of obstacles.
+    pub(super) barrier: f64,
+    /// Balls on bodies, as far as there are obstacles.
+    pub(super) balls: Vec<NodeNow>,
     pub(super) lost: Vec<Vec<f64>>,
 }
 
@@ -297,7 +304,8 @@ impl ElementAssembly {
         let mut nodes = Vec::with_capacity(self.rods.len());
         let mut forces = Vec::with_capacity(self.rods.len());
         let mut on_sites = vec![Vector6::zeros(); self.sites.len()];
-        let mut powers = [0.0; 3];
+        let mut powers = [0.0; 5];
+        let mut sums = BarrierSums::default();
         let mut elastic = 0.0;
         let mut all_lost = Vec::with_capacity(self.rods.len());
         for rod in &self.rods {
@@ -309,7 +317,9 @@ impl ElementAssembly {
             let mut pushed = vec![Vector6::zeros(); now.len()];
             let mut lost = Vec::new();
             let seen = rod.seen_at(t)?;
-            for element in &rod.elements {
+            let k = nodes.len();
+            for (number, element) in rod.elements.iter().enumerate() {
+                self.push_element((k, number), &now, &mut pushed, &mut sums)?;
                 let [energy, loss, power] =
                     self.pull(&seen, element, &now, &mut pushed, &mut lost)?;
                 elastic += energy;
@@ -355,6 +365,15 @@ impl ElementAssembly {
             powers[1] += action.power;
             joints.push((holder, action));
         }
+        let on_balls = self.ball_nodes();
+        let balls: Vec<NodeNow> = (on_balls.iter())
+            .map(|node| self.node_now(node, &sites, &grounds))
+            .collect();
+        self.push_balls(&balls, &mut sums, |k, force| {
+            let wrench = join(&Vector3::zeros(), &force);
+            self.add_to_sites(&on_balls[k], &balls[k], &wrench, &mut on_sites);
+        })?;
+        powers[3..].copy_from_slice(&sums.losses);
         let mut accelerations = Vec::with_capacity(sites.len());
         for (i, site) in self.sites.iter().enumerate() {
             let (acceleration, power, loss) =
@@ -373,6 +392,8 @@ impl ElementAssembly {
             powers,
             joints,
             elastic,
+            barrier: sums.energy,
+            balls,
             lost: all_lost,
         })
     }
@@ -448,10 +469,11 @@ impl ElementAssembly {
         energy.is_finite().then_some([energy, loss, power])
     }
 
-    /// Kinetic energy of the bodies and of the rods, stored energy, potential. Pieces of rods on supports count apart.
+    /// Kinetic energy of the bodies and of the rods, stored energy with that of barriers, potential. Pieces of rods on
+    /// supports count apart.
     pub fn energies(&self, at: &ElementMoment) -> [f64; 4] {
         let in_joints = at.joints.iter().map(|(_, action)| action.potential);
-        let mut sums = [0.0, 0.0, at.elastic, in_joints.sum()];
+        let mut sums = [0.0, 0.0, at.elastic + at.barrier, in_joints.sum()];
         for (i, (site, moving)) in self.sites.iter().zip(&at.sites).enumerate() {
             let (pose, mut twist) = (moving.pose(), moving.twist());
             if !site.shifts {

@@ -1,0 +1,119 @@
+//! Fixed obstacles among rods with mass, and what touches them.
+
+use crate::contact::Obstacle;
+use crate::error::{Error, Result};
+use nalgebra::{Isometry3, Vector3};
+
+/// Largest and least width of the barrier, in lengths of the shortest rod.
+const WIDEST: f64 = 0.05;
+const NARROWEST: f64 = 1e-8;
+
+/// A round surface that touches obstacles: the sections of a rod, or a ball or point on a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoundSurface {
+    /// Radius; 0 for a line or a point.
+    pub radius: f64,
+    /// Coefficient of friction with each obstacle; `None` for an obstacle that is passed through.
+    pub friction: Vec<Option<f64>>,
+}
+
+/// The body that carries a ball or point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bearer {
+    /// The listed body of this number.
+    Listed(usize),
+    /// The body of its own at the free end of the rod of this number.
+    EndOf(usize),
+}
+
+/// A ball or point on a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BallOnBody {
+    /// The body.
+    pub on: Bearer,
+    /// Place of the centre in the frame of the body.
+    pub centre: Vector3<f64>,
+    /// Mass of the body.
+    pub mass: f64,
+    /// The surface.
+    pub surface: RoundSurface,
+}
+
+/// Fixed obstacles, and the surfaces of rods and bodies that touch them through a barrier of small width.
+#[derive(Debug, Clone)]
+pub struct ObstaclesOfRods {
+    /// The obstacles, in the frame of the motion.
+    pub obstacles: Vec<Obstacle>,
+    /// The frame of the motion in the world.
+    pub frame: Isometry3<f64>,
+    /// Surface of each rod.
+    pub rods: Vec<RoundSurface>,
+    /// Balls and points on bodies.
+    pub balls: Vec<BallOnBody>,
+    /// Distance from a surface within which the barrier pushes.
+    pub gap: f64,
+    /// Displacement at which friction has its full size: what sticks gives way by less.
+    pub stick: f64,
+}
+
+impl ObstaclesOfRods {
+    /// Checks the numbers; `length` is that of the shortest rod.
+    ///
+    /// # Errors
+    /// A width of the barrier outside of [1e-8, 0.05] rod lengths; a displacement of sticking surfaces that is not
+    /// positive and finite; a radius or a coefficient that is negative or not finite; a list of another length.
+    pub fn checked(self, length: f64) -> Result<Self> {
+        if !(NARROWEST * length..=WIDEST * length).contains(&self.gap) {
+            return Err(Error::domain(format!(
+                "the gap of the barrier = {} rod lengths must lie in [{NARROWEST}, {WIDEST}]",
+                self.gap / length
+            )));
+        }
+        if !(self.stick > 0.0 && self.stick.is_finite()) {
+            return Err(Error::domain(format!(
+                "the displacement of sticking surfaces = {} must be finite and > 0",
+                self.stick
+            )));
+        }
+        for surface in self.surfaces() {
+            let coefficients = surface.friction.iter().flatten();
+            let mut numbers = coefficients.chain([&surface.radius]);
+            if !numbers.all(|x| (0.0..f64::INFINITY).contains(x)) {
+                return Err(Error::domain(
+                    "radii and coefficients of friction must be finite and >= 0",
+                ));
+            }
+            if surface.friction.len() != self.obstacles.len() {
+                return Err(Error::domain(format!(
+                    "{} coefficients of friction for {} obstacles",
+                    surface.friction.len(),
+                    self.obstacles.len()
+                )));
+            }
+        }
+        Ok(self)
+    }
+
+    /// The least radius of an obstacle with that of a rod that touches the obstacle; infinite for planes and tubes.
+    pub fn thinnest(&self) -> f64 {
+        let each = self.rods.iter().flat_map(|surface| {
+            let pairs = self.obstacles.iter().zip(&surface.friction);
+            let touched = pairs.filter(|(_, friction)| friction.is_some());
+            touched.map(|(obstacle, _)| obstacle.least_radius() + surface.radius)
+        });
+        each.fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if something rubs.
+    pub fn rubs(&self) -> bool {
+        let mut all = self
+            .surfaces()
+            .flat_map(|surface| surface.friction.iter().flatten());
+        all.any(|friction| *friction > 0.0)
+    }
+
+    fn surfaces(&self) -> impl Iterator<Item = &RoundSurface> {
+        let balls = self.balls.iter().map(|ball| &ball.surface);
+        self.rods.iter().chain(balls)
+    }
+}
