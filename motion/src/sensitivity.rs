@@ -1,6 +1,6 @@
 //! Derivatives of a motion on sheets by a parameter, through its snaps.
 //!
-//! In the desingularised time tau of [`super::sheet`] the state y = (q, v, t, ..) obeys y' = f(y, p), smooth through
+//! In the desingularised time tau of `sheet` the state y = (q, v, t, ..) obeys y' = f(y, p), smooth through
 //! folds. Its derivative d by p at fixed tau obeys
 //! ```text
 //! d' = f_y d + f_p.

@@ -4,7 +4,7 @@
 //! ```text
 //! B = m a d b(x),      b = -(1 - x)^2 ln x      (Li et al., Incremental Potential Contact, 2020),
 //! ```
-//! which is infinite at x = 0: no surface enters an obstacle. At a round obstacle m is larger ([`Barrier::share`]).
+//! which is infinite at x = 0: no surface enters an obstacle. At a round obstacle m is larger (`Barrier::share`).
 //! With the pressure P = -dB/dg the reaction is
 //! ```text
 //! R = P max(0, 1 - tau g'),      loss = P g' - R g' >= 0.
