@@ -233,6 +233,56 @@ axes.plot(freer["x"], freer["y"])
 axes.set(xlabel="x", ylabel="y", aspect="equal")''',
 ]
 
+DESIGN = [
+    """# A strip that snaps at a given load
+
+A strip of spring steel is clamped at its foot. Its top slides on a vertical line, and is pressed down by a load that grows. A small couple
+at the top bends the strip, so that it comes to a fold and snaps. Which length and thickness make it snap at 5 N?""",
+    '''import numpy as np
+import snaprod
+
+strip = {
+    "units": "si",
+    "rod": {
+        "model": "cosserat",
+        "length": 0.3,
+        "material": {"E": 2e11, "nu": 0.3},
+        "section": {"rectangle": {"width": 0.02, "thickness": 0.0005}},
+    },
+    "end": {"force": [0.0, 0.0, -1.0], "couple": [0.002, 0.0, 0.0], "position": [0.0, 0.0, "free"]},
+    "continue": {"parameter": "end.load", "from": 0.0, "to": 60.0, "back": True},
+}
+branch = snaprod.branch(strip)
+branch.special("LP1")["parameter"]''',
+    """The load of the fold has derivatives by fields of the scene, which the implicit function theorem gives with the branch itself.""",
+    '''fields = ["rod.length", "rod.section.rectangle.thickness"]
+
+def fold(length, thickness):
+    at = snaprod.branch(strip, by=fields, **dict(zip(fields, [length, thickness]))).special("LP1")
+    return at["parameter"], np.array([at["derivatives"][field] for field in fields])
+
+load, slopes = fold(0.3, 0.0005)
+print(f"{load:.6f} N; by length {slopes[0]:.6g} N/m, by thickness {slopes[1]:.6g} N/m")''',
+    """Differences of two branches confirm them, to the digits that differences have.""",
+    '''step = 1e-4
+beside = [fold(0.3 * (1 + side * step), 0.0005)[0] for side in (-1, 1)]
+difference = (beside[1] - beside[0]) / (2 * 0.3 * step)
+assert abs(difference / slopes[0] - 1) < 1e-6''',
+    """Newton's method along the gradient, in the logarithms of length and thickness: each step is the least change of shape that the linear
+model wants. It finds the strip in a few branches.""",
+    '''wanted, shape = 5.0, np.log([0.3, 0.0005])
+for step in range(8):
+    load, slopes = fold(*np.exp(shape))
+    print(f"{step}: {1e3 * np.exp(shape)} mm snap at {load:.9f} N")
+    if abs(load - wanted) < 1e-8:
+        break
+    by_logarithm = slopes * np.exp(shape) / load
+    shape += by_logarithm * np.log(wanted / load) / (by_logarithm @ by_logarithm)
+assert abs(load - wanted) < 1e-8''',
+    """The gradient tells the tolerances of manufacture, too: the load changes by so many percent for one percent of each number.""",
+    '''dict(zip(fields, slopes * np.exp(shape) / load))''',
+]
+
 SPACE = [
     """# In space, in SI units
 
@@ -300,4 +350,5 @@ if __name__ == "__main__":
     write("sweep.ipynb", SWEEP)
     write("fit.ipynb", FIT)
     write("stepping.ipynb", STEPPING)
+    write("design.ipynb", DESIGN)
     write("space.ipynb", SPACE)
