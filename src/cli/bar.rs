@@ -10,7 +10,7 @@ use snaprod::study::bar::BarRecord;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Number of times at which the stress profile is drawn.
+/// Number of intervals between the times of profiles.
 const SNAPSHOTS: usize = 6;
 
 /// Refuses options that a bar cannot serve.
@@ -69,26 +69,37 @@ fn map(record: &BarRecord) -> StrainMap {
 
 /// The stress along the bar at a few times.
 fn snapshots(record: &BarRecord) -> Lines {
-    let last = record.times.len().saturating_sub(1);
-    let series = (1..=SNAPSHOTS).filter_map(|k| {
+    Lines {
+        x_label: Units::label("X", record.units.length()),
+        y_label: Units::label("stress", record.units.stress()),
+        series: profiles(&record.times, &record.x, &record.field, record.units)
+            .skip(1)
+            .collect(),
+        ..Lines::default()
+    }
+}
+
+/// Profiles over `x` at a few of the times, the first time among them. The field has a row for each time.
+pub(super) fn profiles(
+    times: &[f64],
+    x: &[f64],
+    field: &[Vec<f64>],
+    units: Units,
+) -> impl Iterator<Item = Series> {
+    let last = times.len().saturating_sub(1);
+    (0..=SNAPSHOTS).filter_map(move |k| {
         let i = last * k / SNAPSHOTS;
         Some(Series {
             name: format!(
                 "t = {}{}",
-                rounded(*record.times.get(i)?, 4),
-                Units::suffix(record.units.time())
+                rounded(*times.get(i)?, 4),
+                Units::suffix(units.time())
             ),
-            x: record.x.clone(),
-            y: record.field.get(i)?.clone(),
+            x: x.to_vec(),
+            y: field.get(i)?.clone(),
             ..Series::default()
         })
-    });
-    Lines {
-        x_label: Units::label("X", record.units.length()),
-        y_label: Units::label("stress", record.units.stress()),
-        series: series.collect(),
-        ..Lines::default()
-    }
+    })
 }
 
 /// The ledger over time: energies and dissipation against the work of the load.

@@ -1,5 +1,6 @@
 //! `snaprod run` of a flow in a tube.
 
+use super::bar::profiles;
 use super::files::{number, rounded};
 use super::output::Output;
 use super::run::RunArgs;
@@ -9,9 +10,6 @@ use snaprod::scene::Units;
 use snaprod::study::flow::{FlowMoment, FlowRecord};
 use std::fmt::Write;
 use std::path::Path;
-
-/// Number of times at which the area is drawn along the tube.
-const SNAPSHOTS: usize = 6;
 
 /// Refuses options that a flow cannot serve.
 pub fn refuse_options(args: &RunArgs) -> Result<(), Refusal> {
@@ -66,24 +64,10 @@ fn map(record: &FlowRecord) -> StrainMap {
 
 /// The area along the tube at a few times.
 fn snapshots(record: &FlowRecord) -> Lines {
-    let last = record.times.len().saturating_sub(1);
-    let series = (0..=SNAPSHOTS).filter_map(|k| {
-        let i = last * k / SNAPSHOTS;
-        Some(Series {
-            name: format!(
-                "t = {}{}",
-                rounded(*record.times.get(i)?, 4),
-                Units::suffix(record.units.time())
-            ),
-            x: record.x.clone(),
-            y: record.areas.get(i)?.clone(),
-            ..Series::default()
-        })
-    });
     Lines {
         x_label: Units::label("x", record.units.length()),
         y_label: "area A/A0".to_owned(),
-        series: series.collect(),
+        series: profiles(&record.times, &record.x, &record.areas, record.units).collect(),
         ..Lines::default()
     }
 }

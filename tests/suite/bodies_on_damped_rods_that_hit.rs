@@ -58,8 +58,8 @@ fn drift(ran: &Ran) -> f64 {
     spread.fold(0.0, f64::max) / size
 }
 
-/// Catches an impact that the friction of the rod takes part in, a contact force without the rod's, a release at a
-/// wrong time, and implicit steps that do not know the contact: flights in closed form.
+/// Compares a mass on a damped bar with flights in closed form. Catches friction of the rod within an impact, a contact
+/// force without the force of the rod, a wrong time of release, and implicit steps without the contact.
 #[test]
 fn a_mass_on_a_bar_bounces_rests_and_leaves() {
     for method in ["explicit", "implicit"] {

@@ -90,7 +90,7 @@ fn a_riemann_problem_in_files() {
     assert_eq!(again, Scene::parse(text).expect("a scene"));
 }
 
-/// Catches a lumped tube whose cycle or Hopf point is not told, or is that of other numbers.
+/// Catches a lumped tube without its cycle or its Hopf point, or with wrong values of either.
 #[test]
 fn a_starling_resistor_tells_its_cycle() {
     let (record, tables) = ran(&bundled("starling", &[]));
@@ -131,7 +131,7 @@ fn ends_and_events() {
     );
 }
 
-/// Catches input that is not refused by its field, or whose message has no way out.
+/// Catches bad input without a refusal by field, and messages without a way out.
 #[test]
 fn bad_flows_are_refused() {
     let length = "length = 20.0\n";
@@ -195,7 +195,7 @@ fn bad_flows_are_refused() {
         let said = faults.to_string();
         assert!(said.contains(field), "{field} is not in\n{said}\n{text}");
     }
-    // States that part so fast that the law has no area between them.
+    // Two states part too fast: the law has no area between them.
     let apart = format!("{TUBE}[start]\nleft = [0.9, 0.0]\nright = [0.9, -90.0]\n{RUN}");
     let said = Scene::parse(&apart)
         .expect_err("no state between")

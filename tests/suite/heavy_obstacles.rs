@@ -15,7 +15,7 @@ use snaprod::solve::system::{Linearised, System};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table};
 
-/// A run with its trajectory and its contacts.
+/// A run with the tables of trajectory and contacts.
 struct Ran {
     record: RunRecord,
     trajectory: Table,
@@ -141,9 +141,9 @@ fn friction_holds_a_rod_on_a_slope_or_slides_by_its_law() {
     };
     let holds = slope(0.25, 200.0);
     let x = holds.trajectory.reals("x");
-    assert!((x[2] - x[1]).abs() < 5e-5, "from {} to {}", x[1], x[2]);
+    assert!((x[2] - x[1]).abs() < 2e-5, "from {} to {}", x[1], x[2]);
     let tangential: f64 = holds.last_contacts("tangential").iter().sum();
-    assert!((tangential - 2.0).abs() < 1e-3, "{tangential}");
+    assert!((tangential - 2.0).abs() < 1e-4, "{tangential}");
     let states = holds.contacts.words("state");
     assert!(states.last().is_some_and(|state| *state == "stick"));
     let slides = slope(0.1, 1.0);
@@ -250,7 +250,7 @@ fn run_alone(prepared: &Prepared, tables: &mut Vec<Table>) {
     run(prepared, Fields::None, tables, &mut Silent).unwrap();
 }
 
-/// What cannot be done is refused with a way out.
+/// Catches scenes of a kind not built that run, and refusals without a way out.
 #[test]
 fn scenes_with_obstacles_that_heavy_rods_do_not_follow_are_refused() {
     let good = above_floor(

@@ -156,7 +156,7 @@ fn a_strip_that_is_cut_at_a_node_comes_to_the_fold_of_the_whole_one() {
     near(end, snaps[0].t, 1e-8);
 }
 
-/// Asserts that a scene has one fault, with this field and this word.
+/// Asserts that a scene has one fault, of the given field and with the given word.
 fn refused(text: &str, field: &str, word: &str) {
     let found = Scene::parse(text).expect_err(text);
     let all = found.as_slice().iter();

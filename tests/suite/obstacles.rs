@@ -176,7 +176,7 @@ fn faults_of_obstacles_are_named() {
         let found = faults(&with(obstacle));
         assert!(found.contains(words), "{obstacle}: {found}");
     }
-    // A motion of a rod with its mass to first order, which does not follow obstacles.
+    // Motions of rods with mass to first order do not follow obstacles.
     let motion = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.1\ninertia = \"first-order\"\n[rod.section]\nbending = [1.0, 1.0]\ntorsion = 1.0\n[body]\nmass = 1.0\n\
                   joint = \"ball\"\n[start]\nequilibrium = { force = [0.3, 0.0, -0.2] }\n[run]\nduration = 3.0\n[[obstacle]]\nplane = { normal = [0.0, 1.0, 0.0] }";
     assert!(faults(motion).contains("obstacle"), "{}", faults(motion));

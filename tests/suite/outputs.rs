@@ -517,7 +517,7 @@ fn arrays_and_grids_hold_the_motion() {
     }
 
     assert!(!place.join("out/run-0042.vtu").exists());
-    // The file of VTK: as HDF5 of its oldest version, whose end is where the superblock says.
+    // The file for VTK is HDF5 of the oldest version. The superblock says where the file ends.
     let grid = read("run.vtkhdf");
     assert!(grid.starts_with(b"\x89HDF\r\n\x1a\n"));
     let end = u64::from_le_bytes(grid[40..48].try_into().unwrap());

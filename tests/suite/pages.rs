@@ -462,7 +462,7 @@ ready.then(() => {
   press("r"); seek(); report.others = others.length;
   press("n"); falling = null; draw();
   report.drawn = drawn();
-  // What the page shows by itself: the arch, drawn down until it snaps.
+  // The page shows an arch by itself, drawn down until the arch snaps.
   press("r"); shown = 1; show(3400, 0);
   report.shown = [count, snap.y, shown === null || falling !== null];
   falling = null; shown = null; press("r"); falling = null;
@@ -559,7 +559,7 @@ fn swings_of_the_library(state: &[f64; 11]) -> [f64; 5] {
     [r.x, r.y, v.x, v.y, snaps as f64]
 }
 
-/// Script: what a hand without a keyboard does, and what the page keeps.
+/// A script of a hand without a keyboard: buttons, touches, and the state that the page keeps.
 const TOUCH: &str = r#"
 const button = (name) => document.querySelector(`[data-act="${name}"]`);
 press("Home"); button("ArrowRight").click(); report.next = player.frame;
@@ -571,14 +571,14 @@ report.picture = [sheet.width, inked(sheet)];
 const curve = shape(rods[0], 150), turn = (k) => Math.atan2(curve[k + 1][1] - curve[k][1], curve[k + 1][0] - curve[k][0]);
 report.points = curve.length;
 report.corner = Math.max(...curve.slice(2).map((_, k) => Math.abs(Math.sin(turn(k + 1) - turn(k)))));
-// The nearer of two faces is seen where they cross, and the line behind them is not.
+// Where two faces cross the nearer one is seen, and a line behind both is hidden.
 const space = views.at(-1).space;
 space.begin();
 const tilted = (by) => [[-1, -1, 0], [1, -1, 0], [1, 1, by], [-1, 1, by]].map((p) => p.map((x, i) => space.centre[i] + (0.2 * x) / space.scale[i]));
 space.face(tilted(1), FRONT); space.face(tilted(-1), BACK); space.fill();
 report.hidden = !space.sees(...space.place(space.centre.map((x, i) => x - space.sight[i] / space.scale[i])), 0);
 report.free = space.sees(...space.place(space.centre.map((x, i) => x + space.sight[i] / space.scale[i])), 0);
-// Samples that their velocities do not explain are not joined.
+// Samples are not joined where the velocities do not explain the way between.
 report.joined = joins([0, 0.1, 0.2, 5], [[0, 0.1, 0.2, 0.3]], [[1, 1, 1, -4]]);
 report.wide = document.documentElement.scrollWidth - innerWidth;
 report.dark = dark.matches && getComputedStyle(document.body).backgroundColor === "rgb(22, 24, 27)";

@@ -97,8 +97,8 @@ fn riemann_problems_of_power_laws() {
     }
 }
 
-/// Catches a wave across first contact that is one jump where two are admissible, or a fan that does not end where
-/// the jump is as fast as the waves before it. The given rows are exact to 1e-9; the tangency is to rounding.
+/// Catches one jump across first contact where two waves are admissible. Catches a fan that does not end where the
+/// jump is as fast as the waves ahead. The given rows are exact to 1e-9; the tangency is to rounding.
 #[test]
 fn riemann_problems_across_first_contact() {
     let (data, law) = (json("tube/flow_given.json"), ring());
@@ -154,7 +154,7 @@ fn error_of(law: &FlowLaw, [left, right]: [FlowState; 2], cells: usize, t: f64) 
     now.x.iter().zip(&now.area).map(off).sum::<f64>() * 20.0 / cells as f64
 }
 
-/// Catches volumes that do not converge to the solution, with order 1 where there are jumps.
+/// Catches volumes that do not converge to the exact solution, with order 1 at jumps.
 #[test]
 fn volumes_converge_to_riemann_problems() {
     let cases = [
@@ -651,7 +651,7 @@ fn partitioned_coupling_diverges_at_short_steps() {
             (Iteration::Relaxed(1.0), "fixed_point_iterations"),
             (Iteration::Steffensen, "steffensen_iterations"),
         ] {
-            // On finer meshes it depends on the sources whether the extrapolation gets there.
+            // On finer meshes the extrapolation converges for some sources only.
             if iteration == Iteration::Steffensen && step.elements != 20 {
                 continue;
             }

@@ -66,7 +66,7 @@ struct StruckState {
 struct RodEnd<'s, 'a, K: Kinematics<M, D>, B, const M: usize, const D: usize> {
     system: &'s ViscousSystem<K, BodyAtEnd<'a, B>, M, D>,
     contacts: &'s EndContacts<'a>,
-    /// True for states of implicit steps, which hold their wrench.
+    /// True for a state of an implicit step, which holds the wrench.
     reached: bool,
 }
 
@@ -132,7 +132,7 @@ where
     fn shift(&self, state: &mut StruckState, changes: &[Vector6<f64>]) {
         let mut shifted = state.y.clone();
         let by = self.contacts.inward::<D>(&changes[0]);
-        // A rod without this motion stays as it is.
+        // A rod that cannot move by `by` keeps its state.
         if self.system.shift_end(&mut shifted, &by).is_some() {
             state.y = shifted;
         }

@@ -9,7 +9,7 @@ use crate::scene::{AssemblySetup, LoadPlace, RodLoad, Scene};
 use crate::solve::extrapolated_slope::Slope;
 use crate::solve::implicit_derivative::response;
 use crate::study::stations::placed;
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector6};
 use serde_json::{Map, Value, json};
 
 /// Least singular value, relative to the largest, of a stiffness that has an inverse.
@@ -207,7 +207,9 @@ fn station_compliance(scene: &Scene, found: &Equilibrium, place: f64) -> Result<
             let x = &here.x + &here.by.value * h;
             let at = &Spatial.sections(&with_load(h)?, &x, &[place])?[0];
             let turn: Matrix3<f64> = at.directors * turned.transpose();
-            let turn = Rotation3::from_matrix_unchecked(turn).scaled_axis();
+            // The quaternion keeps all digits of a small angle; the trace of a matrix keeps half of them.
+            let turn = Rotation3::from_matrix_unchecked(turn);
+            let turn = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis();
             let moved: Vector6<f64> = join(&turn, &at.position);
             Ok(DVector::from_column_slice(moved.as_slice()))
         })?;
@@ -220,7 +222,7 @@ fn station_compliance(scene: &Scene, found: &Equilibrium, place: f64) -> Result<
 /// Responses of the bodies of an assembly.
 ///
 /// # Errors
-/// Those of the scene and of its rods.
+/// A scene that cannot be lowered; a rod whose integration fails.
 pub(super) fn of_assembly(scene: &Scene, found: &AssemblyEquilibrium) -> Result<Responses> {
     let setup = AssemblySetup::new(scene)?;
     let (assembly, now, k) = (&setup.assembly, &found.now, &setup.scales);

@@ -46,7 +46,7 @@ pub(super) struct GroupNode {
 pub(super) struct JoinedRods<'a> {
     /// Rods by number, in growing order. The first one leads the group.
     pub rods: Vec<(usize, &'a Link)>,
-    /// Nodes; a node comes after the node that carries its joint.
+    /// Nodes in an order in which each follows the node of its joint.
     pub nodes: Vec<GroupNode>,
     /// Number of coordinates.
     pub count: usize,

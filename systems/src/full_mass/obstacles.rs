@@ -1,4 +1,4 @@
-//! Fixed obstacles among rods with mass, and what touches them.
+//! Fixed obstacles, and the surfaces of rods with mass and of their bodies at the obstacles.
 
 use crate::contact::Obstacle;
 use crate::error::{Error, Result};
@@ -22,7 +22,7 @@ pub struct RoundSurface {
 pub enum Bearer {
     /// The listed body of this number.
     Listed(usize),
-    /// The body of its own at the free end of the rod of this number.
+    /// The unnamed body at the free end of a rod, by the number of the rod.
     EndOf(usize),
 }
 
@@ -52,7 +52,7 @@ pub struct ObstaclesOfRods {
     pub balls: Vec<BallOnBody>,
     /// Distance from a surface within which the barrier pushes.
     pub gap: f64,
-    /// Displacement at which friction has its full size: what sticks gives way by less.
+    /// Displacement at which friction has its full size. Sticking surfaces give way by less.
     pub stick: f64,
 }
 

@@ -6,9 +6,9 @@ use snaprod_waves::law1d::Law1d;
 
 /// Largest jump of the area, relative, and of the velocity over the speed of waves, for which mean speeds suffice.
 const WEAK: f64 = 0.05;
-/// Largest such jump across a bend of the law for which bounds of the speeds suffice.
+/// Largest relative jump across a bend of the law for which bounds of the speeds suffice.
 const FAINT: f64 = 1e-2;
-/// Relative distance from a bend at which the speed beside it is taken.
+/// Relative distance from a bend at which the speed beside the bend is taken.
 const BESIDE: f64 = 1e-9;
 
 /// Flow of volume, and of momentum over the density.
@@ -18,7 +18,7 @@ pub(super) struct Flux {
     pub momentum: f64,
 }
 
-/// A state of the flow with what the flux needs of it.
+/// A state of the flow with the numbers that the flux needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sided {
     pub area: f64,

@@ -153,7 +153,7 @@ pub struct FlowTube {
     pub density: f64,
     /// Wall and surroundings along the tube: continuous.
     pub places: Along<Place>,
-    /// Pressure in time that is added to that outside, the same along the tube.
+    /// Pressure in time, equal along the tube, added to the pressure outside.
     pub outside: History,
     /// Friction.
     pub friction: Friction,
@@ -195,7 +195,7 @@ impl FlowTube {
         }
     }
 
-    /// Refuses numbers that make no tube.
+    /// Refuses tubes without length or fluids without density.
     ///
     /// # Errors
     /// A length or a density that is not positive.

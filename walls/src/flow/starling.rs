@@ -74,7 +74,7 @@ pub struct HopfPoint {
     pub pressure: f64,
     /// The equilibrium.
     pub state: StarlingState,
-    /// Period 2 pi/omega of the cycles that begin there.
+    /// Period 2 pi/omega of the small cycles at the Hopf point.
     pub period: f64,
 }
 

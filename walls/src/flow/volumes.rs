@@ -1,13 +1,13 @@
 //! Finite volumes for the flow in a tube: second order, exact for steady flow along a tube that varies.
 //!
-//! In a cell the steady flow with the cell's flow and head, less the friction over half a cell, is followed to the
-//! faces and to the middles of the neighbours. The slopes are those of the deviations from it, in the characteristic
-//! variables, limited. The change of the momentum by the wall and the surroundings is that of the steady flow. So a
-//! steady flow stays, also where p_e, A0 and Kp vary (after Castro, Gallardo & Pares). Where no steady flow of the cell
-//! passes the cell, near choking, the forces at its middle are taken.
+//! Each cell has a steady flow, with the flow and the head of the cell, less the friction over half a cell. This flow
+//! is followed to the faces and to the middles of the neighbours. Slopes are limited slopes of the deviations from the
+//! steady flow, in the characteristic variables. The change of the momentum by the wall and the surroundings is that
+//! of the steady flow. So a steady flow stays, also where p_e, A0 and Kp vary (after Castro, Gallardo & Pares). Where
+//! no steady flow of the cell passes the cell, near choking, the forces at its middle are taken.
 //!
-//! With the energy e = A u^2/2 + U/rho, the scheme loses the difference between the power at the ends, from outside and
-//! to friction, and the sum of de over the cells. The loss is summed at every stage; see [`FlowLedger::jumps`].
+//! The energy is e = A u^2/2 + U/rho. The loss of the scheme is the power at the ends, from outside and to friction,
+//! less the sum of de over the cells. The loss is summed at every stage; see [`FlowLedger::jumps`].
 
 use super::ends::{EndNow, EndPressure};
 use super::face::{Flux, Sided};
@@ -85,7 +85,7 @@ struct Scratch {
     top: f64,
 }
 
-/// A cell as its neighbours see it.
+/// A cell as the neighbouring cells see the cell.
 #[derive(Debug, Clone, Copy)]
 struct Cell {
     area: f64,
@@ -556,7 +556,7 @@ impl FlowVolumes {
         (sides, base.source)
     }
 
-    /// The steady flow through the cell `i`; where there is none, the area of its middle.
+    /// The steady flow through the cell `i`; without one, the area of the middle.
     fn steady(&self, i: usize, cell: &Cell) -> SteadyCell {
         let plain = SteadyCell {
             faces: [cell.area; 2],

@@ -22,7 +22,7 @@ pub trait Law1d {
     /// Mass per material length, or volume.
     fn density(&self) -> f64;
 
-    /// The open interval of stretches in which the stress grows, so that waves have a speed.
+    /// The open interval of stretches with growing stress, in which waves have a speed.
     fn reach(&self) -> [f64; 2];
 
     /// Stretches, in growing order, at which the curvature of the stress changes sign or the slope of the stress jumps.

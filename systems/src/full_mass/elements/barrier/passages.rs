@@ -23,7 +23,7 @@ pub struct NearestPlace {
     pub obstacle: usize,
 }
 
-/// What a step missed.
+/// The kind of touch that a step missed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missed {
     /// A place of a rod between the points that obstacles push is inside of one.
