@@ -130,6 +130,7 @@ mod light_weight;
 mod light_weight_scenes;
 #[cfg(feature = "cli")]
 mod load_list;
+mod load_functions;
 mod loads;
 #[cfg(feature = "scene")]
 mod mass_motions;
