@@ -33,7 +33,7 @@ fn read(py: Python<'_>, given: &Given) -> PyResult<Scene> {
     Ok(read_with_loads(py, given)?.0)
 }
 
-/// A scene under its functions, and the exception that one of them may raise.
+/// A scene under its functions, with the slot for an exception of theirs.
 fn read_with_loads(py: Python<'_>, given: &Given) -> PyResult<(Scene, Raised)> {
     let (text, set, name, _) = given;
     let set: Vec<&str> = set.iter().map(String::as_str).collect();
@@ -103,9 +103,7 @@ fn run<'py>(
         _ => Fields::Some,
     };
     let mut tables: Vec<Table> = Vec::new();
-    let mut watch = Watch::new(progress)
-        .hearing(hears.0, hears.1)
-        .under(raised);
+    let mut watch = Watch::new(progress).hearing(hears.0, hears.1).under(raised);
     let state = state.map(simulation::read_state).transpose()?;
     let found = py.detach(|| match &state {
         Some(state) => dispatch::motion_from(&scene, state, fields, &mut tables, &mut watch),

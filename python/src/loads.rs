@@ -111,9 +111,7 @@ impl Called {
         let wanted = if self.planar { "2" } else { "3" };
         let numbers: Vec<f64> = found.extract().map_err(|_| {
             let name = &self.name;
-            PyTypeError::new_err(format!(
-                "{name} returned {found}: must be {wanted} numbers"
-            ))
+            PyTypeError::new_err(format!("{name} returned {found}: must be {wanted} numbers"))
         })?;
         let given: [f64; 3] = match numbers.as_slice() {
             [x, y] if self.planar => [*x, *y, 0.0],

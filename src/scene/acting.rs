@@ -121,7 +121,9 @@ impl Scene {
         Err(Error::domain(match &self.kind {
             SceneKind::Rod if body.is_empty() => match &self.body {
                 Some(_) => return Ok(None),
-                None => "the scene has no [body] on which a function or a push could act".to_owned(),
+                None => {
+                    "the scene has no [body] on which a function or a push could act".to_owned()
+                }
             },
             SceneKind::Assembly(assembly) => {
                 let names = assembly.bodies.iter().map(|body| body.name.as_str());
@@ -194,14 +196,13 @@ fn outward_time(function: &LoadFunction, scales: &Scales, t: f64) -> f64 {
     }
 }
 
-/// A force on a body that the owner of a simulation changes between the steps of a motion, along the axes of the world
-/// and in the units of the scene. A step ends at the time up to which the force holds, so that a change lies inside no
-/// step.
+/// A force on a body that the owner of a simulation changes between steps. The force is along the axes of the world and
+/// in the units of the scene. A step ends where the time to hold the force ends, so that a change lies inside no step.
 #[derive(Clone)]
 pub struct SteeredForce {
     /// Name of the body; empty for the body of one rod.
     pub body: String,
-    /// Bits of the components, and of the time up to which they hold.
+    /// Bits of the three components and of the time to hold them.
     held: Arc<[AtomicU64; 4]>,
 }
 
@@ -246,7 +247,11 @@ impl SteeredForce {
                 force: force.value().into(),
                 couple: Vector3::zeros(),
             },
-            move |t| Some(until.number(3)).filter(|s| *s > t).unwrap_or(f64::INFINITY),
+            move |t| {
+                Some(until.number(3))
+                    .filter(|s| *s > t)
+                    .unwrap_or(f64::INFINITY)
+            },
         )
     }
 }

@@ -37,7 +37,7 @@ impl Row {
             Cell::Word(_) | Cell::Missing => f64::NAN,
         };
         Self {
-            names: columns.map(|column| column.name).collect(),
+            names: columns.map(|column| column.name.into_owned()).collect(),
             numbers: simulation.row().unwrap().iter().map(number).collect(),
         }
     }
@@ -47,7 +47,7 @@ impl Row {
         self.numbers[k.unwrap_or_else(|| panic!("no column {name}"))]
     }
 
-    /// Largest distance of all columns but those of work and loss, relative to 1 + their size.
+    /// Largest relative distance of all columns except work and loss.
     fn distance(&self, other: &Self) -> f64 {
         assert_eq!(self.names, other.names);
         let each = (0..self.names.len()).map(|k| {
@@ -62,7 +62,7 @@ impl Row {
     }
 }
 
-/// A scene, settings, the body, the field of its drag, its centre of mass, the drag, the time, and the largest distance.
+/// A scene, settings, the body, the field of its drag, its centre of mass, the drag, the time, the largest distance.
 type Dragged = (
     &'static str,
     &'static [&'static str],
@@ -77,18 +77,74 @@ const DRAGGED: [Dragged; 9] = [
     // Planar elastica, through a snap.
     ("snap", &[], ("", "loads.drag"), [0.0; 3], 3.0, 0.06, 1e-9),
     // Planar elastica on a moving clamp, let go straight, in SI units.
-    ("strip", &["rod.damping=0.0"], ("", "loads.drag"), [0.0; 3], 0.3, 0.1, 1e-9),
+    (
+        "strip",
+        &["rod.damping=0.0"],
+        ("", "loads.drag"),
+        [0.0; 3],
+        0.3,
+        0.1,
+        1e-9,
+    ),
     // Friction, in the plane, and in space with a body off the axis.
     ("viscous", &[], ("", "loads.drag"), [0.0; 3], 2.0, 0.2, 1e-8),
-    ("whirl", &[], ("", "loads.drag"), [0.0, 0.0, 0.1], 2.0, 0.1, 1e-7),
+    (
+        "whirl",
+        &[],
+        ("", "loads.drag"),
+        [0.0, 0.0, 0.1],
+        2.0,
+        0.1,
+        1e-7,
+    ),
     // One elastic rod in space, and an assembly.
-    ("pendulum", &[], ("", "loads.drag"), [0.0; 3], 1.0, 0.1, 1e-7),
-    ("platform", &[], ("platform", "body.0.drag"), [0.05, 0.02, 0.1], 2.0, 0.1, 1e-7),
+    (
+        "pendulum",
+        &[],
+        ("", "loads.drag"),
+        [0.0; 3],
+        1.0,
+        0.1,
+        1e-7,
+    ),
+    (
+        "platform",
+        &[],
+        ("platform", "body.0.drag"),
+        [0.05, 0.02, 0.1],
+        2.0,
+        0.1,
+        1e-7,
+    ),
     // Full mass.
-    ("heavy_snap", &[], ("", "loads.drag"), [0.0; 3], 20.0, 0.002, 1e-6),
+    (
+        "heavy_snap",
+        &[],
+        ("", "loads.drag"),
+        [0.0; 3],
+        20.0,
+        0.002,
+        1e-6,
+    ),
     // Contacts: a body on a rod, and a body alone.
-    ("bounce_on_floor", &[], ("", "loads.drag"), [0.0; 3], 1.0, 0.5, 1e-7),
-    ("rocking_block", &[], ("block", "body.0.drag"), [0.0; 3], 0.5, 0.2, 1e-7),
+    (
+        "bounce_on_floor",
+        &[],
+        ("", "loads.drag"),
+        [0.0; 3],
+        1.0,
+        0.5,
+        1e-7,
+    ),
+    (
+        "rocking_block",
+        &[],
+        ("block", "body.0.drag"),
+        [0.0; 3],
+        0.5,
+        0.2,
+        1e-7,
+    ),
 ];
 
 /// Catches a function that is not felt, is felt twice, sees a state in a wrong frame or unit, acts at a wrong point, or
@@ -126,7 +182,10 @@ fn a_function_of_the_velocity_is_drag_in_every_model() {
 /// Catches a couple about a wrong axis or with a wrong sign. Reference: the rotational drag of the scene.
 #[test]
 fn a_couple_that_depends_on_the_spin_is_rotational_drag() {
-    let set = ["run.duration=0.1", "clamp.rotation={ axis = [1.0, 2.0, 0.5], angle = 0.7 }"];
+    let set = [
+        "run.duration=0.1",
+        "clamp.rotation={ axis = [1.0, 2.0, 0.5], angle = 0.7 }",
+    ];
     let mut felt = scene("whirl", &set);
     let couple = |now: &BodyState| BodyWrench {
         force: Vector3::zeros(),
@@ -140,8 +199,8 @@ fn a_couple_that_depends_on_the_spin_is_rotational_drag() {
     assert!(felt.number("work") < -1e-4);
 }
 
-/// Catches a jump inside a step, on the wrong side of its time or in wrong units of time. Reference: the block and the
-/// sine of the scene. Times in seconds are no whole numbers of units of the rod.
+/// Catches a jump inside a step, on the wrong side of its time or in wrong units of time. Reference: a table and
+/// a sine of the scene. Times in seconds are no whole numbers of units of the rod.
 #[test]
 fn functions_of_time_are_histories() {
     let (from, until) = (0.0137, 0.0611);
@@ -153,24 +212,30 @@ fn functions_of_time_are_histories() {
     for damping in ["rod.damping=0.0", "rod.damping={ proportional = 1e-3 }"] {
         let set = ["run.duration=0.1", damping];
         let mut felt = scene("strip", &set);
-        felt.act("", LoadFunction::piecewise(jump, vec![from, until]).unwrap()).unwrap();
+        felt.act(
+            "",
+            LoadFunction::piecewise(jump, vec![from, until]).unwrap(),
+        )
+        .unwrap();
         felt.act("", LoadFunction::smooth(sine)).unwrap();
         let frequency = 60.0 / std::f64::consts::TAU;
+        // Ramps that take a billionth of the run.
+        let [after, later] = [from, until].map(|t| t + 1e-10);
         let forces = format!(
-            "loads.force=[{{ direction = [0.0, 1.0], block = {{ size = 0.4, start = {from}, until = {until} }} }}, \
+            "loads.force=[{{ direction = [0.0, 1.0], table = [[{from}, 0.0], [{after}, 0.4], [{until}, 0.4], [{later}, 0.0]] }}, \
              {{ direction = [1.0, 0.0], amplitude = 0.1, frequency = {frequency:?}, phase = 0.3 }}]"
         );
         let given = scene("strip", &[set[0], set[1], &forces]);
         let [felt, given] = [felt, given].map(|one| Row::at(&one, 0.1));
         let far = felt.distance(&given);
-        assert!(far < 1e-10, "{damping}: {far:e}");
+        assert!(far < 1e-8, "{damping}: {far:e}");
         let work = felt.number("work") - given.number("work");
-        assert!(work.abs() < 1e-11, "{damping}: {work:e}");
+        assert!(work.abs() < 1e-9, "{damping}: {work:e}");
     }
 }
 
-/// Catches a function that is held over a step, for which the order of the method is lost. A body without rods on a
-/// spring, x'' = -w^2 x: the closed form, and errors that fall with the tolerance. The energy of the spring is the work.
+/// Catches a function that is held over a step, for which the order of the method is lost. Reference: a body on a
+/// spring, x'' = -w^2 x, in closed form. Errors fall with the tolerance. The energy of the spring is the work.
 #[test]
 fn a_spring_keeps_the_order_of_the_method() {
     let (w, x0) = (3.0_f64, 0.5);
@@ -196,8 +261,14 @@ fn a_spring_keeps_the_order_of_the_method() {
         ];
         off.iter().fold(0.0_f64, |far, x| far.max(x.abs()))
     });
-    assert!(errors[0] < 1e-2 && errors[1] < 2e-5 * errors[0].max(1e-2), "{errors:?}");
-    assert!(errors[2] < 1e-8 && errors[2] < 1e-1 * errors[1], "{errors:?}");
+    assert!(
+        errors[0] < 1e-2 && errors[1] < 2e-5 * errors[0].max(1e-2),
+        "{errors:?}"
+    );
+    assert!(
+        errors[2] < 1e-8 && errors[2] < 1e-1 * errors[1],
+        "{errors:?}"
+    );
 }
 
 /// Catches a run that hangs, panics or loses its rows when a function fails, and a couple on a point mass that is left
@@ -215,9 +286,8 @@ fn a_function_that_fails_ends_the_run_with_what_was_computed() {
     ] {
         let duration = format!("run.duration={}", 2.0 * t);
         let mut scene = scene(name, &[&duration]);
-        let fails = move |now: &BodyState| {
-            force(Vector3::x() * if now.t < t { 0.01 } else { f64::NAN })
-        };
+        let fails =
+            move |now: &BodyState| force(Vector3::x() * if now.t < t { 0.01 } else { f64::NAN });
         scene.act(body, LoadFunction::smooth(fails)).unwrap();
         let prepared = Prepared::new(&scene).unwrap();
         let mut tables: Vec<Table> = Vec::new();
@@ -239,13 +309,17 @@ fn a_function_that_fails_ends_the_run_with_what_was_computed() {
     assert!(ends.is_err());
 }
 
-/// Catches functions that a state, a copy or a change of the scene loses, and work that leaves functions out in silence.
+/// Catches functions that a state, a copy or a change of the scene loses, and studies that leave functions out.
 #[test]
 fn functions_stay_with_a_simulation_and_are_refused_elsewhere() {
     let set = ["run.duration=0.02"];
     let mut plain = scene("snap", &set);
     let why = plain.act("tip", LoadFunction::smooth(|_| BodyWrench::default()));
-    assert!(why.unwrap_err().to_string().contains("one rod has one body"));
+    assert!(
+        why.unwrap_err()
+            .to_string()
+            .contains("one rod has one body")
+    );
     let push = |now: &BodyState| force(Vector3::y() * 30.0 * now.pose.translation.x);
     let before = plain.clone();
     plain.act("", LoadFunction::smooth(push)).unwrap();
@@ -271,7 +345,9 @@ fn functions_stay_with_a_simulation_and_are_refused_elsewhere() {
     for why in [
         snaprod::study::modes(&plain).map(drop).unwrap_err(),
         snaprod::study::memory(&plain).map(drop).unwrap_err(),
-        snaprod::study::run::derivatives(&plain, &[]).map(drop).unwrap_err(),
+        snaprod::study::run::derivatives(&plain, &[])
+            .map(drop)
+            .unwrap_err(),
     ] {
         assert!(why.to_string().contains("functions as loads"), "{why}");
     }

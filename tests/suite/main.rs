@@ -128,9 +128,9 @@ mod light_frames;
 mod light_turning_loads;
 mod light_weight;
 mod light_weight_scenes;
+mod load_functions;
 #[cfg(feature = "cli")]
 mod load_list;
-mod load_functions;
 mod loads;
 #[cfg(feature = "scene")]
 mod mass_motions;

@@ -99,7 +99,7 @@ impl LoadFunction {
         (self.next_break)(t)
     }
 
-    /// The function of a motion that is seen from a frame at rest in this pose.
+    /// The function for a motion as seen from a frame at rest in this pose.
     #[must_use]
     pub fn seen_from(&self, frame: &Isometry3<f64>) -> Self {
         if *frame == Isometry3::identity() {

@@ -152,7 +152,7 @@ def run(
     on_sample : callable, optional
         Called with every sample, a dict by the names of the columns.
     on_event : callable, optional
-        Called with every event, a dict as in ``run.events``, bounces included. A bar calls neither function.
+        Called with every event, a dict as in ``run.events``, bounces included. A bar or a flow tells its events at the end.
     by : sequence of str, optional
         Fields of the scene by which the motion is differentiated, of a planar elastic rod without friction. The table
         ``run.tables["derivatives"]`` has those of the samples, ``run.derivatives`` those of the end and of the snaps.

@@ -5,8 +5,8 @@ use crate::error::Result;
 use crate::scene::{Force, Loads};
 use nalgebra::{Isometry3, SVector, Vector3};
 
-/// A point mass and its loads, in units of the rod. `inward` maps world vectors to the frame of the run, which stands in
-/// the world as `frame`.
+/// A point mass and its loads, in units of the rod. `inward` maps world vectors to the frame of the run, which stands
+/// in the world as `frame`.
 pub(super) fn point_mass<const N: usize>(
     mass: f64,
     loads: &Loads,

@@ -136,7 +136,13 @@ fn end(start: Option<&Equilibrium>) -> Vector2<f64> {
 /// The mass and its loads.
 pub(super) fn body(plain: &Dimensionless) -> Result<PointMass<2>> {
     let world = Isometry3::identity();
-    point_mass(1.0, &plain.loads, in_plane, &world, clamp::planar(&plain.clamp)?)
+    point_mass(
+        1.0,
+        &plain.loads,
+        in_plane,
+        &world,
+        clamp::planar(&plain.clamp)?,
+    )
 }
 
 /// The planar part (x, y) of a vector.
