@@ -116,6 +116,10 @@ fn run<'py>(
         (Err(_), Some(raised)) => return Err(raised.clone_ref(py)),
         (Err(e), None) => return Err(refused(&e)),
     };
+    let reason = match &raised {
+        Some(raised) => Some(format!("it was ended by an exception: {raised}")),
+        None => found.reason,
+    };
     let mut summary = found.summary;
     if let Some(derivatives) = derivatives {
         derivatives.put_into(&mut summary);
@@ -123,7 +127,7 @@ fn run<'py>(
     }
     let out = pieces(py, &tables, &summary)?;
     out.set_item("events", value(py, &found.events.into())?)?;
-    out.set_item("reason", found.reason)?;
+    out.set_item("reason", reason)?;
     out.set_item("warning", found.warning)?;
     let state = found.state.as_ref();
     out.set_item("state", state.ok().map(|state| state.json().to_string()))?;

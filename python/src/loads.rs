@@ -202,6 +202,27 @@ impl State {
         PyArray1::from_slice(py, &[q.w, q.i, q.j, q.k].map(|x| sign * x))
     }
 
+    /// Components that every body has are attributes of their own, which are faster than those by name.
+    #[getter]
+    fn x(&self) -> f64 {
+        self.now.pose.translation.x
+    }
+
+    #[getter]
+    fn y(&self) -> f64 {
+        self.now.pose.translation.y
+    }
+
+    #[getter]
+    fn vx(&self) -> f64 {
+        self.now.velocity.x
+    }
+
+    #[getter]
+    fn vy(&self) -> f64 {
+        self.now.velocity.y
+    }
+
     /// Names of the numbers.
     fn keys(&self) -> Vec<&'static str> {
         self.names()

@@ -5,6 +5,7 @@ use snaprod::body::{BodyState, BodyWrench, LoadFunction};
 use snaprod::scene::Scene;
 use snaprod::study::run::{Fields, Prepared, Simulation, run};
 use snaprod::study::{Cell, Silent, Table};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A scene of the repository with settings.
 fn scene(name: &str, set: &[&str]) -> Scene {
@@ -62,121 +63,121 @@ impl Row {
     }
 }
 
-/// A scene, settings, the body, the field of its drag, its centre of mass, the drag, the time, the largest distance.
-type Dragged = (
-    &'static str,
-    &'static [&'static str],
-    (&'static str, &'static str),
-    [f64; 3],
-    f64,
-    f64,
-    f64,
-);
+/// A scene whose body has a drag.
+struct Dragged {
+    name: &'static str,
+    set: &'static [&'static str],
+    /// Name of the body; empty for one rod.
+    body: &'static str,
+    /// Centre of mass in the frame of the body.
+    centre: [f64; 3],
+    drag: f64,
+    t: f64,
+    /// Largest distance of the function from the drag.
+    allowed: f64,
+}
+
+impl Dragged {
+    /// One rod with its centre of mass at the end.
+    const fn rod(name: &'static str, drag: f64, t: f64, allowed: f64) -> Self {
+        Self {
+            name,
+            set: &[],
+            body: "",
+            centre: [0.0; 3],
+            drag,
+            t,
+            allowed,
+        }
+    }
+
+    const fn with(mut self, set: &'static [&'static str]) -> Self {
+        self.set = set;
+        self
+    }
+
+    const fn of(mut self, body: &'static str, centre: [f64; 3]) -> Self {
+        (self.body, self.centre) = (body, centre);
+        self
+    }
+}
 
 const DRAGGED: [Dragged; 9] = [
-    // Planar elastica, through a snap.
-    ("snap", &[], ("", "loads.drag"), [0.0; 3], 3.0, 0.06, 1e-9),
-    // Planar elastica on a moving clamp, let go straight, in SI units.
-    (
-        "strip",
-        &["rod.damping=0.0"],
-        ("", "loads.drag"),
-        [0.0; 3],
-        0.3,
-        0.1,
-        1e-9,
-    ),
+    // Planar elastica: through a snap, let go straight in SI units, on a moving clamp.
+    Dragged::rod("snap", 3.0, 0.06, 1e-9),
+    Dragged::rod("strip", 0.3, 0.1, 1e-9).with(&["rod.damping=0.0"]),
+    Dragged::rod("forced", 1.0, 0.4, 1e-8),
     // Friction, in the plane, and in space with a body off the axis.
-    ("viscous", &[], ("", "loads.drag"), [0.0; 3], 2.0, 0.2, 1e-8),
-    (
-        "whirl",
-        &[],
-        ("", "loads.drag"),
-        [0.0, 0.0, 0.1],
-        2.0,
-        0.1,
-        1e-7,
-    ),
+    Dragged::rod("viscous", 2.0, 0.2, 1e-8),
+    Dragged::rod("whirl", 2.0, 0.1, 1e-7).of("", [0.0, 0.0, 0.1]),
     // One elastic rod in space, and an assembly.
-    (
-        "pendulum",
-        &[],
-        ("", "loads.drag"),
-        [0.0; 3],
-        1.0,
-        0.1,
-        1e-7,
-    ),
-    (
-        "platform",
-        &[],
-        ("platform", "body.0.drag"),
-        [0.05, 0.02, 0.1],
-        2.0,
-        0.1,
-        1e-7,
-    ),
-    // Full mass.
-    (
-        "heavy_snap",
-        &[],
-        ("", "loads.drag"),
-        [0.0; 3],
-        20.0,
-        0.002,
-        1e-6,
-    ),
+    Dragged::rod("pendulum", 1.0, 0.05, 1e-7),
+    Dragged::rod("platform", 2.0, 0.1, 1e-7).of("platform", [0.05, 0.02, 0.1]),
     // Contacts: a body on a rod, and a body alone.
-    (
-        "bounce_on_floor",
-        &[],
-        ("", "loads.drag"),
-        [0.0; 3],
-        1.0,
-        0.5,
-        1e-7,
-    ),
-    (
-        "rocking_block",
-        &[],
-        ("block", "body.0.drag"),
-        [0.0; 3],
-        0.5,
-        0.2,
-        1e-7,
-    ),
+    Dragged::rod("bounce_on_floor", 1.0, 0.5, 1e-7),
+    Dragged::rod("rocking_block", 0.5, 0.2, 1e-7).of("block", [0.0; 3]),
 ];
 
+/// Compares a function with the drag of a scene. The loss of the drag is the work of the function.
+fn compare(one: &Dragged) {
+    let Dragged {
+        name,
+        body,
+        t,
+        allowed,
+        ..
+    } = one;
+    let field = if body.is_empty() {
+        "loads.drag"
+    } else {
+        "body.0.drag"
+    };
+    let duration = format!("run.duration={t}");
+    let mut set = one.set.to_vec();
+    set.push(&duration);
+    let mut felt = scene(name, &set);
+    felt.loads.drag = 0.0;
+    let (drag, centre) = (one.drag, Vector3::from(one.centre));
+    let function = move |now: &BodyState| {
+        let arm = now.pose.rotation * centre;
+        force(-drag * (now.velocity + now.angular_velocity.cross(&arm)))
+    };
+    felt.act(body, LoadFunction::smooth(function)).unwrap();
+    let dragged = format!("{field}={drag:?}");
+    let mut bare = scene(name, &set);
+    bare.loads.drag = 0.0;
+    set.push(&dragged);
+    let [bare, felt, given] = [bare, felt, scene(name, &set)].map(|one| Row::at(&one, *t));
+    let far = felt.distance(&given);
+    assert!(far <= *allowed, "{name}: {far:e}");
+    assert!(bare.distance(&given) > 1e2 * allowed, "{name}: no drag");
+    let work = felt.number("work") - felt.number("dissipated");
+    let loss = given.number("work") - given.number("dissipated");
+    assert!(
+        (work - loss).abs() <= allowed * (1.0 + loss.abs()),
+        "{name}: {work} {loss}"
+    );
+    assert!(felt.number("work") < bare.number("work"), "{name}");
+}
+
 /// Catches a function that is not felt, is felt twice, sees a state in a wrong frame or unit, acts at a wrong point, or
-/// whose work the ledger lacks. Reference: the drag of the scene, whose loss is the work of the function.
+/// whose work the ledger lacks. Reference: the drag of the scene.
 #[test]
-fn a_function_of_the_velocity_is_drag_in_every_model() {
-    for (name, set, (body, field), centre, drag, t, allowed) in &DRAGGED {
-        let duration = format!("run.duration={t}");
-        let mut set = set.to_vec();
-        set.push(&duration);
-        let mut felt = scene(name, &set);
-        let (drag, centre) = (*drag, Vector3::from(*centre));
-        let function = move |now: &BodyState| {
-            let arm = now.pose.rotation * centre;
-            force(-drag * (now.velocity + now.angular_velocity.cross(&arm)))
-        };
-        felt.act(body, LoadFunction::smooth(function)).unwrap();
-        let dragged = format!("{field}={drag:?}");
-        let bare = scene(name, &set);
-        set.push(&dragged);
-        let [bare, felt, given] = [bare, felt, scene(name, &set)].map(|one| Row::at(&one, *t));
-        let far = felt.distance(&given);
-        assert!(far <= *allowed, "{name}: {far:e}");
-        assert!(bare.distance(&given) > 1e2 * allowed, "{name}: no drag");
-        let work = felt.number("work") - felt.number("dissipated");
-        let loss = given.number("work") - given.number("dissipated");
-        assert!(
-            (work - loss).abs() <= allowed * (1.0 + loss.abs()),
-            "{name}: {work} {loss}"
-        );
-        assert!(felt.number("work") < bare.number("work"), "{name}");
-    }
+fn a_function_of_the_velocity_is_drag() {
+    DRAGGED.iter().for_each(compare);
+}
+
+/// Catches a function that is lost on the way to a rod with its full mass, by strains at nodes.
+#[test]
+fn a_function_of_the_velocity_is_drag_on_a_rod_with_mass() {
+    compare(&Dragged::rod("heavy_snap", 20.0, 0.001, 1e-6));
+}
+
+/// Catches a function that never reaches a rod with its full mass in elements.
+#[test]
+#[ignore = "second tier: 2 s"]
+fn a_function_of_the_velocity_is_drag_on_elements() {
+    compare(&Dragged::rod("heavy_snap", 20.0, 0.01, 1e-4).with(&["run.tolerance=1e-5"]));
 }
 
 /// Catches a couple about a wrong axis or with a wrong sign. Reference: the rotational drag of the scene.
@@ -271,34 +272,46 @@ fn a_spring_keeps_the_order_of_the_method() {
     );
 }
 
+/// Ends a run by a function that fails at a time. Its rows reach nearly to this time.
+fn fail(name: &str, body: &str, t: f64) {
+    let duration = format!("run.duration={}", 2.0 * t);
+    let mut scene = scene(name, &[&duration]);
+    // After its first failure the function fails at all times.
+    let failed = AtomicBool::new(false);
+    let fails = move |now: &BodyState| {
+        failed.fetch_or(now.t >= t, Ordering::Relaxed);
+        let dead = failed.load(Ordering::Relaxed);
+        force(Vector3::x() * if dead { f64::NAN } else { 0.01 })
+    };
+    scene.act(body, LoadFunction::smooth(fails)).unwrap();
+    let prepared = Prepared::new(&scene).unwrap();
+    let mut tables: Vec<Table> = Vec::new();
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
+    assert!(record.reason().is_some(), "{name}");
+    let last = tables[0].rows() - 1;
+    let Cell::Real(end) = tables[0].columns[0].cell(last) else {
+        panic!("{name}: no time");
+    };
+    assert!(0.4 * t < end && end <= t, "{name}: {end}");
+}
+
+/// Catches a run that hangs or panics where steps collapse, of models with dear steps.
+#[test]
+#[ignore = "second tier: 4 s"]
+fn a_function_that_fails_ends_runs_of_dear_steps() {
+    fail("pendulum", "", 0.05);
+    fail("heavy_snap", "", 0.002);
+}
+
 /// Catches a run that hangs, panics or loses its rows when a function fails, and a couple on a point mass that is left
 /// out in silence.
 #[test]
 fn a_function_that_fails_ends_the_run_with_what_was_computed() {
-    for (name, body, t) in [
-        ("snap", "", 0.04),
-        ("viscous", "", 0.1),
-        ("whirl", "", 0.05),
-        ("pendulum", "", 0.05),
-        ("platform", "platform", 0.05),
-        ("heavy_snap", "", 0.002),
-        ("rocking_block", "block", 0.1),
-    ] {
-        let duration = format!("run.duration={}", 2.0 * t);
-        let mut scene = scene(name, &[&duration]);
-        let fails =
-            move |now: &BodyState| force(Vector3::x() * if now.t < t { 0.01 } else { f64::NAN });
-        scene.act(body, LoadFunction::smooth(fails)).unwrap();
-        let prepared = Prepared::new(&scene).unwrap();
-        let mut tables: Vec<Table> = Vec::new();
-        let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
-        assert!(record.reason().is_some(), "{name}");
-        let last = tables[0].rows() - 1;
-        let Cell::Real(end) = tables[0].columns[0].cell(last) else {
-            panic!("{name}: no time");
-        };
-        assert!(0.9 * t < end && end <= t, "{name}: {end}");
-    }
+    fail("snap", "", 0.04);
+    fail("viscous", "", 0.1);
+    fail("whirl", "", 0.05);
+    fail("platform", "platform", 0.05);
+    fail("rocking_block", "block", 0.1);
     let mut scene = scene("snap", &["run.duration=0.01"]);
     let couple = |_: &BodyState| BodyWrench {
         force: Vector3::zeros(),

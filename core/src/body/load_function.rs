@@ -42,7 +42,8 @@ pub(super) struct LoadSlopes {
 /// A run evaluates the function inside the stages of its steps: order and tolerance of the method hold for the function
 /// as for the loads of a scene. Times come in no order, and states that no motion reaches are asked for as well. The
 /// function must be smooth between its breaks, at which steps end. The work of the load counts as power. A value that
-/// is not finite ends a run.
+/// is not finite shortens a step, and ends a run that gets no further. A function that fails for good should fail from
+/// then on at all times: the run then ends at once.
 #[derive(Clone)]
 pub struct LoadFunction {
     f: Arc<dyn Fn(&BodyState) -> BodyWrench + Send + Sync>,

@@ -42,7 +42,8 @@ from ._loads import BodyState, Loads, Piecewise
 from ._scene import Progress, SceneLike, Told, fields, given, numbers, whole
 from ._simulation import Simulation, State
 from ._sweep import sweep
-from ._table import Table
+from ._table import Table, plural
+from ._types import Scene
 
 __all__ = [
     "BodyState",
@@ -60,6 +61,7 @@ __all__ = [
     "Piecewise",
     "Result",
     "Run",
+    "Scene",
     "SceneError",
     "Simulation",
     "State",
@@ -199,7 +201,8 @@ def run(
     if raw["raised"] is not None:
         raw["raised"].run = found
         raise raw["raised"]
-    _log.info("run: %s at t = %g, %d events", found.outcome, found["t"][-1], len(found.events))
+    events = plural(len(found.events), "event")
+    _log.info("run: %s at t = %g, %s", found.outcome, found["t"][-1], events)
     for note in (found.reason, found.warning):
         if note:
             _log.info("run: %s", note)
