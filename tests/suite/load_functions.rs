@@ -173,7 +173,7 @@ fn a_function_of_the_velocity_is_drag_on_a_rod_with_mass() {
     compare(&Dragged::rod("heavy_snap", 20.0, 0.001, 1e-6));
 }
 
-/// Catches a function that never reaches a rod with its full mass in elements.
+/// Catches a method of elements that leaves functions out.
 #[test]
 #[ignore = "second tier: 2 s"]
 fn a_function_of_the_velocity_is_drag_on_elements() {
@@ -272,7 +272,7 @@ fn a_spring_keeps_the_order_of_the_method() {
     );
 }
 
-/// Ends a run by a function that fails at a time. Its rows reach nearly to this time.
+/// Ends a run by a failure of its function at a given time, and looks at the rows.
 fn fail(name: &str, body: &str, t: f64) {
     let duration = format!("run.duration={}", 2.0 * t);
     let mut scene = scene(name, &[&duration]);
