@@ -1,7 +1,7 @@
 //! Functions of time and of the motion as loads on the bodies of a scene, and forces that the owner of a simulation
 //! steers.
 
-use super::{Joint, Scales, Scene, SceneKind};
+use super::{Scales, Scene, SceneKind};
 use crate::body::{BodyState, BodyWrench, LoadFunction};
 use crate::error::{Error, Quantity, Result};
 use nalgebra::{Isometry3, Vector3};
@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 impl Scene {
     /// Lets a function act on a body in a motion, beside all loads of the scene. `body`: its name in an assembly, empty
-    /// for the body of one rod. Times, states and loads are in the world and in the units of the scene.
+    /// for the body of one rod, or for the free end of a rod without a body. Times, states and loads are in the world
+    /// and in the units of the scene.
     ///
     /// The start of the scene is found without the function.
     ///
@@ -48,7 +49,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// A name that is none of a body; a body without mass; a scene without a body; a bar, a flow or a wall.
+    /// A name that is none of a body; a body without mass; a scene of statics; a bar, a flow or a wall.
     pub fn act(&mut self, body: &str, load: LoadFunction) -> Result<()> {
         let number = self.loaded(body)?;
         match (&mut self.kind, number) {
@@ -73,10 +74,11 @@ impl Scene {
     /// # Errors
     /// As [`Scene::act`].
     pub fn turns(&self, body: &str) -> Result<bool> {
-        let of_rod = self.body.as_ref().map(|body| &body.joint);
-        Ok(match (self.assembly(), self.loaded(body)?) {
-            (Some(all), Some(k)) => all.bodies[k].extent.is_some(),
-            _ => !self.is_planar() && of_rod.is_some_and(Joint::is_weld),
+        Ok(match (self.assembly(), self.loaded(body)?, &self.body) {
+            (Some(all), Some(k), _) => all.bodies[k].extent.is_some(),
+            (_, _, Some(body)) => !self.is_planar() && body.joint.is_weld(),
+            // A free end.
+            (_, _, None) => !self.is_planar(),
         })
     }
 
@@ -119,12 +121,11 @@ impl Scene {
     /// The number of the body of this name; `None` for the body of one rod.
     fn loaded(&self, body: &str) -> Result<Option<usize>> {
         Err(Error::domain(match &self.kind {
-            SceneKind::Rod if body.is_empty() => match &self.body {
-                Some(_) => return Ok(None),
-                None => {
-                    "the scene has no [body] on which a function or a push could act".to_owned()
-                }
-            },
+            SceneKind::Rod if body.is_empty() && self.is_motion() => return Ok(None),
+            SceneKind::Rod if body.is_empty() => {
+                "the scene is one of statics: functions and pushes act in a motion, with [run]"
+                    .to_owned()
+            }
             SceneKind::Assembly(assembly) => {
                 let names = assembly.bodies.iter().map(|body| body.name.as_str());
                 let names: Vec<&str> = names.collect();

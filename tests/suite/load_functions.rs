@@ -102,7 +102,7 @@ impl Dragged {
     }
 }
 
-const DRAGGED: [Dragged; 9] = [
+const DRAGGED: [Dragged; 10] = [
     // Planar elastica: through a snap, let go straight in SI units, on a moving clamp.
     Dragged::rod("snap", 3.0, 0.06, 1e-9),
     Dragged::rod("strip", 0.3, 0.1, 1e-9).with(&["rod.damping=0.0"]),
@@ -113,6 +113,8 @@ const DRAGGED: [Dragged; 9] = [
     // One elastic rod in space, and an assembly.
     Dragged::rod("pendulum", 1.0, 0.05, 1e-7),
     Dragged::rod("platform", 2.0, 0.1, 1e-7).of("platform", [0.05, 0.02, 0.1]),
+    // The free end of a rod with mass, among obstacles.
+    Dragged::rod("cable_over_drum", 0.5, 0.002, 1e-9),
     // Contacts: a body on a rod, and a body alone.
     Dragged::rod("bounce_on_floor", 1.0, 0.5, 1e-7),
     Dragged::rod("rocking_block", 0.5, 0.2, 1e-7).of("block", [0.0; 3]),

@@ -15,7 +15,7 @@ LoadFunction = Callable[[float, BodyState], ArrayLike]
 """A load: a function of the time and of the state of its body, which returns a force or a couple."""
 
 Loads = Mapping[str, Union[LoadFunction, Mapping[str, LoadFunction]]]
-"""Functions by "force" and "couple", for an assembly by the names of its bodies first."""
+"""Functions by "force" and "couple" on the body or free end of one rod; of an assembly by the names of its bodies first."""
 
 GivenLoad = Tuple[str, str, LoadFunction, list[float]]
 
