@@ -55,8 +55,8 @@ pub trait Motion<'a> {
         ))
     }
 
-    /// Sees anew the loads at the end of the last step, after a [`Steered`](snaprod_systems::body::Steered) one has
-    /// changed there. States within the last step are no longer to be sampled.
+    /// Sees anew the loads at the end of the last step, after one that the owner steers has changed
+    /// there. States within the last step are no longer to be sampled.
     ///
     /// # Errors
     /// Contacts without forces under the new loads.

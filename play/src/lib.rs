@@ -8,8 +8,12 @@ use snaprod_core::elastica::{DraggedRod, DraggedSnap, Elastica, Equilibrium, Fol
 use snaprod_core::manifold::Multivalued;
 use std::sync::Mutex;
 
-/// Distance from the clamp at which a swinging mass is thrown back, in lengths of the rod.
-const TAUT: f64 = 0.9995;
+/// Distance from the clamp at which a swinging mass is thrown back at the latest, in lengths of the rod.
+///
+/// A taut rod is straight but for a bend of length N^(-1/2) at the clamp, with N the pull. At the angle a between the
+/// clamp and the way to the mass, 1 - r = 4 sin^2(a/4) N^(-1/2). The pull (4 sin^2(a/4)/(1 - r))^2 throws the mass back
+/// before full reach, without loss. Only along the clamp, where a is small, does the mass come as far as this.
+const TAUT: f64 = 1.0 - 1e-5;
 
 /// The rod in the hand, the snaps of its last move, and the last answer.
 struct Stage {
@@ -73,7 +77,7 @@ fn numbers_of(s: &DraggedSnap) -> [f64; 7] {
 
 /// Lets a mass 1 at the end move for `duration` from the velocity (vx, vy), under gravity down and drag: its velocity
 /// then, and what [`drag`] answers for the snaps on the way. Steps of Verlet, shorter where the rod is nearly straight
-/// or the mass is fast. At full reach the mass bounces. -1 if the rod did not get there.
+/// or the mass is fast. Near full reach the pull of the taut rod throws the mass back. -1 if the rod did not get there.
 #[unsafe(no_mangle)]
 pub extern "C" fn swing(vx: f64, vy: f64, gravity: f64, drag: f64, duration: f64) -> i32 {
     told(|stage| {
@@ -91,7 +95,7 @@ pub extern "C" fn swing(vx: f64, vy: f64, gravity: f64, drag: f64, duration: f64
             let target = rod.place() + half * step;
             let out = target.normalize();
             if target.norm() > TAUT && half.dot(&out) > 0.0 {
-                // A taut rod throws the mass back without loss.
+                // The limit of the throw by the pull, which has no loss.
                 v -= out * (2.0 * v.dot(&out));
                 left -= step;
                 continue;

@@ -28,6 +28,8 @@ const NARROWEST: f64 = 180.0;
 const HEAD: f64 = 0.52;
 /// Least height of panels in narrow figures, relative to the usual.
 const LOW: f64 = 0.75;
+/// Most height of a printed stack of panels, as a part of the width: 120 mm of a figure that is 85 mm wide.
+const TALL: f64 = 1.4;
 
 type Paint<'a, T> = Box<dyn Fn(&mut Canvas, &T) + 'a>;
 type PanelDrawing<'a> = Box<dyn Fn([f64; 4]) -> Stage + 'a>;
@@ -322,11 +324,15 @@ impl<'a> Page<'a> {
             0.0
         };
 
-        let (mut edge, mut bottom) = (0.0, 0.0);
         let mut laid: Vec<PlacedBlock> = Vec::new();
         let mut start = ABOVE + titled + legend.height();
         let spans = (self.head.as_mut())
             .map(|head| measure(Width::Whole(total), std::slice::from_mut(head)));
+        let (_, high) = self.placed(&measures, start, above);
+        if print.is_some() && high > TALL * total {
+            self.lower(high - TALL * total);
+            measures = self.measure();
+        }
         if let (Some(head), Some([room, inner, _])) = (&self.head, spans) {
             let own = Legend::new(&head.legend, inner);
             let top = start + above + own.height();
@@ -340,25 +346,8 @@ impl<'a> Page<'a> {
                 alone: false,
             });
         }
-        for ((_, blocks), [room, inner, width]) in self.columns.iter().zip(measures) {
-            let mut below = start;
-            for (i, block) in blocks.iter().enumerate() {
-                let own = Legend::new(&block.legend, inner);
-                let shared = block.shares(blocks.get(i + 1));
-                let top = below + above + own.height();
-                let place = [edge + room, top, inner, block.height(inner)];
-                below = top + place[3] + block.gap(shared);
-                laid.push(PlacedBlock {
-                    block,
-                    legend: own,
-                    place,
-                    shared,
-                    alone: blocks.len() == 1,
-                });
-            }
-            edge += width;
-            bottom = f64::max(bottom, below);
-        }
+        let (below, bottom) = self.placed(&measures, start, above);
+        laid.extend(below);
         // A box of space beside panels is as high as they are.
         for at in laid.iter_mut().filter(|at| at.alone) {
             if let BlockContent::Space { .. } = at.block.body {
@@ -377,6 +366,49 @@ impl<'a> Page<'a> {
             legend.draw(canvas, left, ABOVE_LEGEND + titled);
             laid.iter().for_each(|block| block.paint(canvas));
         }))
+    }
+
+    /// The blocks of all columns below `start`, with room `above` each for a title, and their lower edge.
+    fn placed(&self, measures: &[[f64; 3]], start: f64, above: f64) -> (Vec<PlacedBlock<'_>>, f64) {
+        let (mut edge, mut bottom) = (0.0, 0.0);
+        let mut laid = Vec::new();
+        for ((_, blocks), [room, inner, width]) in self.columns.iter().zip(measures) {
+            let mut below = start;
+            for (i, block) in blocks.iter().enumerate() {
+                let own = Legend::new(&block.legend, *inner);
+                let shared = block.shares(blocks.get(i + 1));
+                let top = below + above + own.height();
+                let place = [edge + room, top, *inner, block.height(*inner)];
+                below = top + place[3] + block.gap(shared);
+                laid.push(PlacedBlock {
+                    block,
+                    legend: own,
+                    place,
+                    shared,
+                    alone: blocks.len() == 1,
+                });
+            }
+            edge += width;
+            bottom = f64::max(bottom, below);
+        }
+        (laid, bottom)
+    }
+
+    /// Takes this height from the panels with equal scales below the first one of a stack, up to half of each.
+    fn lower(&mut self, over: f64) {
+        let [(width, blocks)] = &mut self.columns[..] else {
+            return;
+        };
+        let [_, inner, _] = measure(*width, blocks);
+        let part = over / blocks.len().saturating_sub(1).max(1) as f64;
+        for block in blocks.iter_mut().skip(1) {
+            let height = block.height(inner);
+            if let BlockContent::Plane(plane) = &mut block.body
+                && let Height::Equal(least, most) = &mut plane.height
+            {
+                *most = (height - part).max(0.5 * height).max(*least);
+            }
+        }
     }
 
     /// The measures of all columns.

@@ -33,7 +33,7 @@ pub fn fit<'py>(
     seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (text, set, _) = given;
+    let (text, set, ..) = given;
     let (names, rows) = data;
     let mut watch = Watch::new(progress);
     let found = py.detach(|| {

@@ -1,6 +1,7 @@
 //! Ctrl-C and progress while Rust works without the lock of the interpreter.
 
 use crate::convert::{self, refused};
+use crate::loads::Raised;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snaprod::study::{Cell, Column, Hooks};
@@ -18,6 +19,8 @@ pub struct Watch {
     on_sample: Option<Py<PyAny>>,
     /// Called with every event of a run, a dict.
     on_event: Option<Py<PyAny>>,
+    /// The exception of a function that acts as a load.
+    loads: Raised,
     asked: Instant,
     fraction: f64,
     at: f64,
@@ -30,6 +33,7 @@ impl Watch {
             progress,
             on_sample: None,
             on_event: None,
+            loads: Raised::default(),
             asked: Instant::now(),
             fraction: 0.0,
             at: 0.0,
@@ -40,6 +44,12 @@ impl Watch {
     /// Adds functions of Python that are called with each sample and each event of a run.
     pub fn hearing(mut self, on_sample: Option<Py<PyAny>>, on_event: Option<Py<PyAny>>) -> Self {
         (self.on_sample, self.on_event) = (on_sample, on_event);
+        self
+    }
+
+    /// Ends the work when a function that acts as a load has raised.
+    pub fn under(mut self, loads: Raised) -> Self {
+        self.loads = loads;
         self
     }
 
@@ -70,7 +80,7 @@ impl Watch {
 
     /// An exception raised by Python during the work, without a last check for signals: for very short work.
     pub fn raised(self) -> PyResult<()> {
-        self.raised.map_or(Ok(()), Err)
+        self.loads.or(self.raised.map_or(Ok(()), Err))
     }
 
     /// An exception raised by Python during the work, such as KeyboardInterrupt. Work shorter than EVERY has not
@@ -79,7 +89,7 @@ impl Watch {
         if self.raised.is_none() {
             self.ask();
         }
-        self.raised.map_or(Ok(()), Err)
+        self.raised()
     }
 }
 
@@ -88,7 +98,7 @@ impl Hooks for Watch {
         if self.raised.is_none() && self.asked.elapsed() > EVERY {
             self.ask();
         }
-        self.raised.is_some()
+        self.raised.is_some() || self.loads.is_there()
     }
 
     fn progress(&mut self, fraction: f64, at: f64) {

@@ -7,11 +7,13 @@
 mod convert;
 mod fit;
 mod hooks;
+mod loads;
 mod simulation;
 mod sweep;
 
 use convert::{fault, refused, table, value};
 use hooks::{Watch, aside};
+use loads::{GivenLoad, Raised};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -21,15 +23,24 @@ use snaprod::scene::{ScalarField, Scene, SceneText};
 use snaprod::study::run::Fields;
 use snaprod::study::{self, FirstOrder, Table, dispatch};
 
-/// A scene from Python: text, overrides, and name (None for a dict).
-pub(crate) type Given = (String, Vec<String>, Option<String>);
+/// A scene from Python: text, overrides, name (None for a dict), and functions as loads.
+pub(crate) type Given = (String, Vec<String>, Option<String>, Vec<GivenLoad>);
 
 /// Positions of rods: names, numbers of sections at each time, all coordinates.
 type Positions<'py> = (Vec<String>, Vec<Vec<usize>>, Bound<'py, PyArray1<f64>>);
 
-fn read(py: Python<'_>, (text, set, name): &Given) -> PyResult<Scene> {
+fn read(py: Python<'_>, given: &Given) -> PyResult<Scene> {
+    Ok(read_with_loads(py, given)?.0)
+}
+
+/// A scene under its functions, with the slot for an exception of theirs.
+fn read_with_loads(py: Python<'_>, given: &Given) -> PyResult<(Scene, Raised)> {
+    let (text, set, name, _) = given;
     let set: Vec<&str> = set.iter().map(String::as_str).collect();
-    Scene::parse_with(text, &set).map_err(|faults| fault(py, &faults, name.as_deref()))
+    let scene = Scene::parse_with(text, &set);
+    let mut scene = scene.map_err(|faults| fault(py, &faults, name.as_deref()))?;
+    let raised = loads::act(py, &mut scene, given)?;
+    Ok((scene, raised))
 }
 
 /// A value of Python as TOML, a dict as an inline table. Messages name the field.
@@ -78,7 +89,7 @@ fn run<'py>(
     hears: (Option<Py<PyAny>>, Option<Py<PyAny>>),
     by: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let scene = read(py, &given)?;
+    let (scene, raised) = read_with_loads(py, &given)?;
     let by = fields(&given, &by)?;
     let derivatives = if by.is_empty() {
         None
@@ -92,7 +103,7 @@ fn run<'py>(
         _ => Fields::Some,
     };
     let mut tables: Vec<Table> = Vec::new();
-    let mut watch = Watch::new(progress).hearing(hears.0, hears.1);
+    let mut watch = Watch::new(progress).hearing(hears.0, hears.1).under(raised);
     let state = state.map(simulation::read_state).transpose()?;
     let found = py.detach(|| match &state {
         Some(state) => dispatch::motion_from(&scene, state, fields, &mut tables, &mut watch),
@@ -105,6 +116,10 @@ fn run<'py>(
         (Err(_), Some(raised)) => return Err(raised.clone_ref(py)),
         (Err(e), None) => return Err(refused(&e)),
     };
+    let reason = match &raised {
+        Some(raised) => Some(format!("it was ended by an exception: {raised}")),
+        None => found.reason,
+    };
     let mut summary = found.summary;
     if let Some(derivatives) = derivatives {
         derivatives.put_into(&mut summary);
@@ -112,7 +127,7 @@ fn run<'py>(
     }
     let out = pieces(py, &tables, &summary)?;
     out.set_item("events", value(py, &found.events.into())?)?;
-    out.set_item("reason", found.reason)?;
+    out.set_item("reason", reason)?;
     out.set_item("warning", found.warning)?;
     let state = found.state.as_ref();
     out.set_item("state", state.ok().map(|state| state.json().to_string()))?;
@@ -129,9 +144,9 @@ fn shapes<'py>(
     times: PyReadonlyArray1<'py, f64>,
     points: usize,
 ) -> PyResult<Positions<'py>> {
-    let scene = read(py, &given)?;
+    let (scene, raised) = read_with_loads(py, &given)?;
     let times = times.as_array().to_vec();
-    let mut watch = Watch::new(None);
+    let mut watch = Watch::new(None).under(raised);
     let found = py.detach(|| dispatch::shapes(&scene, &times, points, &mut watch));
     watch.finish()?;
     let (names, found) = found.map_err(|e| refused(&e))?;
@@ -151,9 +166,9 @@ fn samples<'py>(
     given: Given,
     times: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let scene = read(py, &given)?;
+    let (scene, raised) = read_with_loads(py, &given)?;
     let times = times.as_array().to_vec();
-    let mut watch = Watch::new(None);
+    let mut watch = Watch::new(None).under(raised);
     let found = py.detach(|| dispatch::samples(&scene, &times, &mut watch));
     watch.finish()?;
     table(py, &found.map_err(|e| refused(&e))?)
@@ -177,7 +192,7 @@ fn picture(svg: &str, kind: &str, scale: f32) -> PyResult<Vec<u8>> {
 }
 
 /// The fields of a scene at these paths.
-pub(crate) fn fields((text, set, _): &Given, paths: &[String]) -> PyResult<Vec<ScalarField>> {
+pub(crate) fn fields((text, set, ..): &Given, paths: &[String]) -> PyResult<Vec<ScalarField>> {
     let text = SceneText::new(text, set);
     let fields = paths.iter().map(|path| text.field(path));
     let fields: snaprod::Result<Vec<_>> = fields.collect();
@@ -387,6 +402,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.py().check_signals()?;
     PyArray1::<f64>::zeros(module.py(), 0, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<loads::State>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<sweep::Sweep>()?;
     module.add_function(wrap_pyfunction!(toml, module)?)?;

@@ -2,7 +2,8 @@
 
 use crate::convert::{cell, refused, table, value};
 use crate::hooks::Watch;
-use crate::{Given, read};
+use crate::loads::Raised;
+use crate::{Given, read, read_with_loads};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -13,6 +14,7 @@ use snaprod::study::run::{Simulation as Stepped, SimulationState};
 #[pyclass(unsendable)]
 pub struct Simulation {
     motion: Stepped,
+    raised: Raised,
 }
 
 /// A state from its JSON.
@@ -30,10 +32,10 @@ impl Simulation {
     /// `pushed`: names of the bodies whose forces can be steered.
     #[new]
     fn new(py: Python<'_>, given: Given, pushed: Vec<String>) -> PyResult<Self> {
-        let scene = read(py, &given)?;
+        let (scene, raised) = read_with_loads(py, &given)?;
         let bodies: Vec<&str> = pushed.iter().map(String::as_str).collect();
-        let motion = Stepped::pushed(&scene, &bodies).map_err(|e| refused(&e))?;
-        Ok(Self { motion })
+        let motion = raised.or(Stepped::pushed(&scene, &bodies).map_err(|e| refused(&e)))?;
+        Ok(Self { motion, raised })
     }
 
     /// Time now.
@@ -56,7 +58,7 @@ impl Simulation {
 
     /// Advances to a time.
     fn advance(&mut self, t: f64) -> PyResult<()> {
-        let mut watch = Watch::new(None);
+        let mut watch = Watch::new(None).under(self.raised.clone());
         let advanced = self.motion.advance_with(t, &mut watch);
         watch.raised()?;
         advanced.map_err(|e| refused(&e))
@@ -64,7 +66,8 @@ impl Simulation {
 
     /// Takes one step; false at the end.
     fn step(&mut self) -> PyResult<bool> {
-        self.motion.step().map_err(|e| refused(&e))
+        let stepped = self.motion.step();
+        self.raised.or(stepped.map_err(|e| refused(&e)))
     }
 
     /// The trajectory without rows.
@@ -74,7 +77,8 @@ impl Simulation {
 
     /// The present state as a row of the trajectory.
     fn row<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let row = self.motion.row().map_err(|e| refused(&e))?;
+        let row = self.motion.row();
+        let row = self.raised.or(row.map_err(|e| refused(&e)))?;
         let cells = row.iter().map(|one| cell(py, one));
         PyList::new(py, cells.collect::<PyResult<Vec<_>>>()?)
     }
@@ -82,7 +86,8 @@ impl Simulation {
     /// Names of the rods, and positions of their sections.
     fn shapes<'py>(&mut self, py: Python<'py>, points: usize) -> PyResult<Bound<'py, PyDict>> {
         let names = self.motion.rods();
-        let rods = self.motion.shapes(points).map_err(|e| refused(&e))?;
+        let rods = self.motion.shapes(points);
+        let rods = self.raised.or(rods.map_err(|e| refused(&e)))?;
         let out = PyDict::new(py);
         for (name, rod) in names.into_iter().zip(rods) {
             let sections = rod.len();
@@ -102,35 +107,42 @@ impl Simulation {
 
     /// Steers the force on a body, by its number in the list.
     fn push(&mut self, body: usize, force: [f64; 3]) -> PyResult<()> {
-        self.motion.push(body, force).map_err(|e| refused(&e))
+        let pushed = self.motion.push(body, force);
+        self.raised.or(pushed.map_err(|e| refused(&e)))
     }
 
     /// Everything from which the motion goes on, as JSON.
     fn state(&mut self) -> PyResult<String> {
-        let state = self.motion.state().map_err(|e| refused(&e))?;
+        let state = self.motion.state();
+        let state = self.raised.or(state.map_err(|e| refused(&e)))?;
         Ok(state.json().to_string())
     }
 
     /// Goes on from a state in JSON.
     fn restore(&mut self, state: &str) -> PyResult<()> {
         let state = read_state(state)?;
-        self.motion.restore(&state).map_err(|e| refused(&e))
+        let restored = self.motion.restore(&state);
+        self.raised.or(restored.map_err(|e| refused(&e)))
     }
 
     /// Goes back to the start.
     fn reset(&mut self) -> PyResult<()> {
-        self.motion.reset().map_err(|e| refused(&e))
+        let reset = self.motion.reset();
+        self.raised.or(reset.map_err(|e| refused(&e)))
     }
 
     /// Goes on under another scene.
     fn change(&mut self, py: Python<'_>, given: Given) -> PyResult<()> {
         let scene = read(py, &given)?;
-        self.motion.change(&scene).map_err(|e| refused(&e))
+        let changed = self.motion.change(&scene);
+        self.raised.or(changed.map_err(|e| refused(&e)))
     }
 
     /// A simulation of its own in the same state.
     fn copy(&mut self) -> PyResult<Self> {
-        let motion = self.motion.copy().map_err(|e| refused(&e))?;
-        Ok(Self { motion })
+        let motion = self.motion.copy();
+        let motion = self.raised.or(motion.map_err(|e| refused(&e)))?;
+        let raised = self.raised.clone();
+        Ok(Self { motion, raised })
     }
 }

@@ -3,6 +3,7 @@
 use super::ends::is_none;
 use super::{BodyShape, ClampMotion, Groove, Load, LoadAlong, Loads, Orientation, Rod, SiteJoint};
 use crate::assembly::Joint;
+use crate::body::LoadFunction;
 use serde::{Serialize, Serializer};
 
 /// Rods between bodies and the ground, in space. Names identify rods and bodies; the two lists have separate names.
@@ -147,6 +148,9 @@ pub struct AssemblyBody {
     /// Initial angular velocity in the world; default 0, and 0 for a point mass.
     #[serde(skip_serializing_if = "is_none")]
     pub angular_velocity: [f64; 3],
+    /// Functions of time and of the motion: [`Scene::act`](super::Scene::act).
+    #[serde(skip)]
+    pub functions: Vec<LoadFunction>,
 }
 
 /// Mass of a body of mass 0, over that of the lightest rod; a body below the second bound gives no unit of mass.
@@ -208,6 +212,7 @@ impl AssemblyBody {
             drag: self.drag,
             rotational_drag: self.rotational_drag,
             force: self.force.in_time().to_vec(),
+            functions: self.functions.clone(),
         }
     }
 }

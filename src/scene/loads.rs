@@ -1,7 +1,7 @@
 //! Loads of a scene on the body; in statics, along the rod.
 
 use super::Rod;
-use crate::body::History;
+use crate::body::{History, LoadFunction};
 use crate::error::Result;
 use crate::rod::DistributedLoad;
 use nalgebra::Vector3;
@@ -30,6 +30,9 @@ pub struct Loads {
     pub rotational_drag: f64,
     /// Time-dependent forces at the centre of mass, added up.
     pub force: Vec<Force>,
+    /// Functions of time and of the motion: [`Scene::act`](super::Scene::act).
+    #[serde(skip)]
+    pub functions: Vec<LoadFunction>,
 }
 
 impl Default for Loads {
@@ -44,6 +47,7 @@ impl Default for Loads {
             drag: 0.0,
             rotational_drag: 0.0,
             force: Vec::new(),
+            functions: Vec::new(),
         }
     }
 }

@@ -55,6 +55,7 @@
 //! `[[body]]`, are an assembly ([`AssemblyScene`]), at rest or with `[run]` in motion. `rod.model = "bar"` is a bar
 //! with mass in longitudinal motion ([`BarScene`]).
 
+mod acting;
 mod assembly;
 mod bar;
 mod branch;
@@ -80,12 +81,11 @@ mod scales;
 mod section;
 mod start;
 mod station;
-mod steered;
 mod tendon;
 mod units;
 mod wall;
 
-pub use crate::body::{Block, History, Pulse, Ramp, Sine, Steered};
+pub use crate::body::{Block, History, Pulse, Ramp, Sine};
 pub use crate::motion::LandingRule;
 pub use crate::section::rate::{Damping, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 pub use crate::section::{
@@ -93,6 +93,7 @@ pub use crate::section::{
     StrainName, Transverse,
 };
 pub use crate::solve::integrator::Method;
+pub use acting::SteeredForce;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, FreeRod, Guess, Site};
 pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
@@ -127,7 +128,6 @@ pub use start::{
     StrainRate,
 };
 pub use station::Station;
-pub use steered::SteeredForce;
 pub use tendon::{Pull, Tendon};
 pub use units::Units;
 pub use wall::{

@@ -331,7 +331,7 @@ impl<'a> Registry<'a> {
                     self.add("table.size", size, [x]);
                 }
             }
-            History::Custom(_) | History::Steered(_) => {}
+            History::Custom(_) => {}
         }
     }
 

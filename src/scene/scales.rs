@@ -1,5 +1,6 @@
 //! Conversion between the user's units and the library's.
 
+use super::acting::in_units;
 use super::registry::{Loaded, Number, Registry};
 use super::{AssemblyBody, Body, Clamp, ClampMotion, Loads, Scene, Start, Units};
 use crate::error::{Error, Quantity, Result};
@@ -154,7 +155,10 @@ impl Scales {
 
     /// A body of an assembly in the library's units.
     pub(super) fn body(&self, body: &AssemblyBody) -> AssemblyBody {
-        self.convert(body.clone(), |all, body| all.assembly_body(0, body))
+        AssemblyBody {
+            functions: in_units(&body.functions, self),
+            ..self.convert(body.clone(), |all, body| all.assembly_body(0, body))
+        }
     }
 
     /// The motion of a support in the library's units.
@@ -223,9 +227,12 @@ impl Scene {
             clamp: scales.convert(self.clamp.clone(), |all, clamp| all.clamp(clamp)),
             body: (self.body.clone()).map(|body| scales.convert(body, |all, body| all.body(body))),
             start: scales.convert(self.start.clone(), |all, start| all.start(start)),
-            loads: scales.convert(self.loads.clone(), |all, loads| {
-                all.loads(loads, Loaded::Body)
-            }),
+            loads: Loads {
+                functions: in_units(&self.loads.functions, &scales),
+                ..scales.convert(self.loads.clone(), |all, loads| {
+                    all.loads(loads, Loaded::Body)
+                })
+            },
         })
     }
 

@@ -100,6 +100,7 @@ pub struct AssemblyEquilibriumRecord {
 /// # Errors
 /// A scene of one rod; no equilibrium found.
 pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
+    scene.refuse_functions("an equilibrium")?;
     scene.has_no_obstacles()?;
     let in_units = |e| scene.in_own_units(e);
     let setup = AssemblySetup::new(scene).map_err(in_units)?;

@@ -53,6 +53,8 @@ pub use solid::Solid;
 pub use stations::{PlacedStation, StationValues};
 pub use sweep::{Sweep, Vary};
 
+use crate::error::Result;
+
 /// Callbacks of a study for interrupt and progress. Every method has a default, so that a caller implements only the
 /// necessary ones.
 pub trait Hooks {
@@ -73,13 +75,41 @@ pub trait Hooks {
         false
     }
 
-    /// Called with every event of a run, in the form of events.json, bounces included.
+    /// Called with every event of a run, in the form of events.json, bounces included. A bar or a flow tells its events
+    /// at its end, when the tracks of its shocks are known.
     fn event(&mut self, _event: serde_json::Value) {}
 
     /// For branches: number of points with shapes for figures, in addition to the few of every record and the special
     /// points. For a run: any number but 0 makes the record denser than the samples, for figures.
     fn pictures(&mut self) -> usize {
         0
+    }
+}
+
+/// The trajectory of a bar or a flow, whose rows go to files and to the hooks.
+struct Trajectory {
+    table: usize,
+    columns: Vec<Column>,
+}
+
+impl Trajectory {
+    fn begin(table: Table, sink: &mut dyn Sink) -> Result<Self> {
+        let columns = table.columns.clone();
+        let table = sink.begin(table)?;
+        Ok(Self { table, columns })
+    }
+
+    fn row(&self, row: &[Cell], sink: &mut dyn Sink, hooks: &mut dyn Hooks) -> Result<()> {
+        sink.row(self.table, row)?;
+        hooks.sample(&self.columns, row);
+        Ok(())
+    }
+}
+
+/// Tells the events of a run at its end.
+fn tell(events: Vec<serde_json::Value>, hooks: &mut dyn Hooks) {
+    if hooks.hears_events() {
+        events.into_iter().for_each(|event| hooks.event(event));
     }
 }
 

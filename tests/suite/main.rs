@@ -128,6 +128,7 @@ mod light_frames;
 mod light_turning_loads;
 mod light_weight;
 mod light_weight_scenes;
+mod load_functions;
 #[cfg(feature = "cli")]
 mod load_list;
 mod loads;

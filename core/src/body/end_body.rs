@@ -1,7 +1,8 @@
 //! Interface of the body at the end of a massless rod.
 
-use super::PointMass;
-use nalgebra::{Isometry3, SMatrix, SVector, Vector2, Vector3};
+use super::load_function::LoadSlopes;
+use super::{BodyState, PointMass};
+use nalgebra::{Isometry3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 /// A body at the rod's end, which shares its `D` velocities V.
 ///
@@ -23,7 +24,7 @@ pub trait EndBody<const D: usize> {
         rod: &SVector<f64, D>,
     ) -> EndMotion<D>;
 
-    /// Derivatives of the acceleration, exact.
+    /// Derivatives of the acceleration: exact, those of functions by differences.
     fn linearised(
         &self,
         t: f64,
@@ -167,19 +168,29 @@ where
     fn linearised(
         &self,
         t: f64,
-        _: &Self::Pose,
-        _: &SVector<f64, D>,
+        pose: &Self::Pose,
+        v: &SVector<f64, D>,
         _: &SVector<f64, D>,
     ) -> EndLinear<D> {
-        let world = EndLinear {
+        let mut world = EndLinear {
             by_pose: SMatrix::zeros(),
             by_velocity: SMatrix::from_diagonal_element(-self.drag / self.mass),
             by_wrench: SMatrix::from_diagonal_element(1.0 / self.mass),
         };
-        match &self.support {
-            None => world,
-            Some(support) => support.at(t).linear(&world),
+        let frame = self.support.as_ref().map(|support| support.at(t));
+        if self.has_functions() {
+            let seen = Self::place(pose);
+            let (place, v) = match &frame {
+                None => (*seen, *v),
+                Some(frame) => (frame.place(seen), frame.absolute_velocity(seen, v)),
+            };
+            let state = BodyState::of_point(t, place.as_slice(), v.as_slice());
+            let slopes = LoadSlopes::of(&self.functions, &state);
+            let force = |m: &Matrix6<f64>| SMatrix::from_fn(|i, j| m[(3 + i, 3 + j)] / self.mass);
+            world.by_pose += force(&slopes.by_pose);
+            world.by_velocity += force(&slopes.by_velocity);
         }
+        frame.map_or(world, |frame| frame.linear(&world))
     }
 
     fn kinetic(&self, t: f64, pose: &Self::Pose, v: &SVector<f64, D>) -> f64 {

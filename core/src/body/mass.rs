@@ -87,6 +87,14 @@ impl Mass {
         }
     }
 
+    /// True if a load is a function of the motion.
+    pub fn has_functions(&self) -> bool {
+        match self {
+            Self::Point(body) => body.has_functions(),
+            Self::Rigid(body) => body.has_functions(),
+        }
+    }
+
     /// True if drag dissipates.
     pub fn is_damped(&self) -> bool {
         match self {

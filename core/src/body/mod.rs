@@ -1,7 +1,8 @@
-//! Bodies and the loads on them: point masses, rigid bodies, moving supports, grooves, histories in time.
+//! Bodies and the loads on them: point masses, rigid bodies, moving supports, grooves, histories in time, functions.
 
 mod end_body;
 mod groove;
+mod load_function;
 mod mass;
 mod point_mass;
 mod point_mass8;
@@ -9,9 +10,10 @@ mod rigid;
 mod support;
 
 pub use crate::math::frame::Frame;
-pub use crate::math::history::{Block, Custom, History, Pulse, Ramp, Sine, Steered};
+pub use crate::math::history::{Block, Custom, History, Pulse, Ramp, Sine};
 pub use end_body::{EndBody, EndLinear, EndMotion, EndPose, FreeEnd};
 pub use groove::Groove;
+pub use load_function::{BodyState, BodyWrench, LoadFunction};
 pub use mass::{Mass, MassLinear};
 pub use point_mass::PointMass;
 pub use point_mass8::EightMotion;

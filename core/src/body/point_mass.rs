@@ -1,6 +1,10 @@
 //! A point mass with its loads, seen from the clamp of the rod.
 
-use super::{EndMotion, Support, TimeLoad, check_drag, check_vector, first_break, sum_at};
+use super::load_function::first_break_of;
+use super::{
+    BodyState, BodyWrench, EndMotion, LoadFunction, Support, TimeLoad, check_drag, check_vector,
+    first_break, sum_at,
+};
 use crate::error::{Error, Result};
 use crate::manifold::FirstOrderInertia;
 use nalgebra::SVector;
@@ -14,6 +18,7 @@ pub struct PointMass<const N: usize> {
     pub(super) constant: SVector<f64, N>,
     pub(super) drag: f64,
     pub(super) forces: Vec<TimeLoad<N>>,
+    pub(super) functions: Vec<LoadFunction>,
     pub(super) support: Option<Box<Support<N>>>,
     pub(super) rod: Option<Arc<dyn FirstOrderInertia<N>>>,
 }
@@ -34,6 +39,7 @@ impl<const N: usize> PointMass<N> {
             constant: SVector::zeros(),
             drag: 0.0,
             forces: Vec::new(),
+            functions: Vec::new(),
             support: None,
             rod: None,
         })
@@ -71,6 +77,14 @@ impl<const N: usize> PointMass<N> {
     #[must_use]
     pub fn with_force(mut self, force: TimeLoad<N>) -> Self {
         self.forces.push(force);
+        self
+    }
+
+    /// Adds a force as a function of time and of the motion of the mass, in the world. Only motions feel the function;
+    /// [`PointMass::load`] is without it.
+    #[must_use]
+    pub fn with_function(mut self, force: LoadFunction) -> Self {
+        self.functions.push(force);
         self
     }
 
@@ -135,7 +149,7 @@ impl<const N: usize> PointMass<N> {
         0.5 * self.mass * velocity.norm_squared()
     }
 
-    /// The loads at time `t` besides drag, along the axes of the clamp.
+    /// The loads at time `t` besides drag and functions, along the axes of the clamp.
     pub fn load(&self, t: f64) -> SVector<f64, N> {
         let load = self.constant + sum_at(&self.forces, t);
         match &self.support {
@@ -144,9 +158,19 @@ impl<const N: usize> PointMass<N> {
         }
     }
 
-    /// True if a force in time or a moving clamp does work.
+    /// True if a load depends on time or on the motion, other than drag.
+    pub(super) fn is_timed(&self) -> bool {
+        !self.forces.is_empty() || self.has_functions()
+    }
+
+    /// True if a load is a function of the motion.
+    pub fn has_functions(&self) -> bool {
+        !self.functions.is_empty()
+    }
+
+    /// True if a force in time, a function or a moving clamp does work.
     pub fn is_driven(&self) -> bool {
-        !self.forces.is_empty() || self.support.as_ref().is_some_and(|s| !s.is_fixed())
+        self.is_timed() || self.support.as_ref().is_some_and(|s| !s.is_fixed())
     }
 
     /// Force of the drag over velocity.
@@ -164,7 +188,9 @@ impl<const N: usize> PointMass<N> {
     pub fn next_break(&self, t: f64) -> f64 {
         let clamp = self.support.as_ref();
         let clamp = clamp.map_or(f64::INFINITY, |support| support.next_break(t));
-        first_break(&self.forces, t).min(clamp)
+        first_break(&self.forces, t)
+            .min(first_break_of(&self.functions, t))
+            .min(clamp)
     }
 
     /// Motion of the body at time `t` under the rod's force; place, velocity and force are seen from the clamp.
@@ -177,15 +203,36 @@ impl<const N: usize> PointMass<N> {
         rod: &SVector<f64, N>,
     ) -> EndMotion<N> {
         match &self.support {
-            None => self.free_action(t, v, rod),
+            None => self.action_at(t, pose, v, rod),
             Some(support) => {
-                let world = |v: &_, rod: &_| self.free_action(t, v, rod);
-                support.at(t).motion(pose, v, rod, world)
+                let frame = support.at(t);
+                let place = frame.place(pose);
+                let world = |v: &_, rod: &_| self.action_at(t, &place, v, rod);
+                frame.motion(pose, v, rod, world)
             }
         }
     }
 
-    /// Motion of the body in the world frame.
+    /// Motion of the body at a place in the world.
+    #[inline]
+    fn action_at(
+        &self,
+        t: f64,
+        place: &SVector<f64, N>,
+        v: &SVector<f64, N>,
+        rod: &SVector<f64, N>,
+    ) -> EndMotion<N> {
+        if self.functions.is_empty() {
+            return self.free_action(t, v, rod);
+        }
+        let state = BodyState::of_point(t, place.as_slice(), v.as_slice());
+        let force = BodyWrench::sum(&self.functions, &state).on_point();
+        let mut action = self.free_action(t, v, &(rod + force));
+        action.power += force.dot(v);
+        action
+    }
+
+    /// Motion of the body in the world frame, without functions.
     #[inline]
     pub(super) fn free_action(
         &self,

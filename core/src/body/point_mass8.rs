@@ -69,7 +69,7 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
     }
 
     fn is_timed(&self) -> bool {
-        self.body.support.is_some() || !self.body.forces.is_empty()
+        self.body.support.is_some() || self.body.is_timed()
     }
 
     fn begin(&mut self) {

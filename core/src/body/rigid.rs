@@ -1,8 +1,9 @@
 //! A rigid body welded to the rod's end: AMV (2.15)-(2.17).
 
+use super::load_function::{LoadSlopes, first_break_of};
 use super::{
-    EndBody, EndLinear, EndMotion, Frame, History, PointMass, Support, TimeLoad, check_drag,
-    check_vector, first_break, sum_at,
+    BodyState, BodyWrench, EndBody, EndLinear, EndMotion, Frame, History, LoadFunction, PointMass,
+    Support, TimeLoad, check_drag, check_vector, first_break, sum_at,
 };
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, join};
@@ -30,6 +31,7 @@ pub struct RigidBody {
     /// Loads along the directors.
     follower_forces: Vec<TimeLoad<3>>,
     follower_couples: Vec<TimeLoad<3>>,
+    functions: Vec<LoadFunction>,
     rotational_drag: f64,
     support: Option<Box<Support<3>>>,
 }
@@ -66,6 +68,7 @@ impl RigidBody {
             couples: Vec::new(),
             follower_forces: Vec::new(),
             follower_couples: Vec::new(),
+            functions: Vec::new(),
             rotational_drag: 0.0,
             support: None,
         })
@@ -163,6 +166,19 @@ impl RigidBody {
         self
     }
 
+    /// Adds a load as a function of time and of the motion of the body, in the world. Only motions feel the function;
+    /// [`RigidBody::load`] is without it.
+    #[must_use]
+    pub fn with_function(mut self, load: LoadFunction) -> Self {
+        self.functions.push(load);
+        self
+    }
+
+    /// True if a load is a function of the motion.
+    pub fn has_functions(&self) -> bool {
+        !self.functions.is_empty()
+    }
+
     /// Clamps the rod in `support`, as [`PointMass::with_support`].
     #[must_use]
     pub fn with_support(mut self, support: Support<3>) -> Self {
@@ -242,6 +258,7 @@ impl RigidBody {
             || !self.couples.is_empty()
             || !self.follower_forces.is_empty()
             || !self.follower_couples.is_empty()
+            || self.has_functions()
             || self.support.as_ref().is_some_and(|s| !s.is_fixed())
     }
 
@@ -278,7 +295,7 @@ impl RigidBody {
         Ok(self)
     }
 
-    /// The wrench of the loads at rest about the end, in the world frame.
+    /// The wrench of the loads at rest about the end, in the world frame, without functions.
     pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
         let turn = pose.rotation;
         let force = self.centre.load(t) + turn * sum_at(&self.follower_forces, t);
@@ -374,15 +391,16 @@ impl RigidBody {
     ) -> EndMotion<6> {
         let at = self.place_at(pose, v);
         let (m, n) = halves(rod);
-        let spin = self.spin(t, &at, &m, &n);
-        let following = at.turn * sum_at(&self.follower_forces, t);
+        let own = BodyWrench::sum(&self.functions, &BodyState::of_body(t, pose, v));
+        let spin = self.spin(t, &at, &(m + own.couple), &n);
+        let following = at.turn * sum_at(&self.follower_forces, t) + own.force;
         let action = self.centre.free_action(t, &at.centre, &(n + following));
         let end = action.acceleration - spin.cross(&at.c) - at.omega.cross(&at.omega.cross(&at.c));
         EndMotion {
             acceleration: join(&spin, &end),
             power: action.power
                 + following.dot(&at.centre)
-                + self.couple_at(t, &at.turn).dot(&at.omega),
+                + (self.couple_at(t, &at.turn) + own.couple).dot(&at.omega),
             loss: action.loss + self.rotational_drag * at.omega.norm_squared(),
         }
     }
@@ -396,7 +414,9 @@ impl RigidBody {
     ) -> EndLinear<6> {
         let at = self.place_at(pose, v);
         let (m, n) = halves(rod);
-        let spin = self.spin(t, &at, &m, &n);
+        let state = BodyState::of_body(t, pose, v);
+        let own = BodyWrench::sum(&self.functions, &state);
+        let spin = self.spin(t, &at, &(m + own.couple), &n);
         let (c, omega, inertia) = (at.c.cross_matrix(), at.omega.cross_matrix(), &at.inertia);
         let identity = Matrix3::identity();
         let slowing = self.centre.drag / self.mass();
@@ -422,14 +442,22 @@ impl RigidBody {
         let end_by_omega =
             c * spin_by_omega + at.omega.cross(&at.c).cross_matrix() + omega * c + c * slowing;
         let zero = Matrix3::zeros();
-        EndLinear {
+        let mut linear = EndLinear {
             by_pose: blocks([[spin_by_turn, zero], [end_by_turn, zero]]),
             by_velocity: blocks([[spin_by_omega, zero], [end_by_omega, -identity * slowing]]),
             by_wrench: blocks([
                 [at.inverse, -at.inverse * c],
                 [c * at.inverse, identity / self.mass() - c * at.inverse * c],
             ]),
+        };
+        if self.has_functions() {
+            let slopes = LoadSlopes::of(&self.functions, &state);
+            // A force at the centre of mass does not spin the body; a couple moves the end by the spin.
+            let by_load = blocks([[at.inverse, zero], [c * at.inverse, identity / self.mass()]]);
+            linear.by_pose += by_load * slopes.by_pose;
+            linear.by_velocity += by_load * slopes.by_velocity;
         }
+        linear
     }
 
     fn free_kinetic(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
@@ -503,6 +531,7 @@ impl EndBody<6> for RigidBody {
             .min(first_break(&self.couples, t))
             .min(first_break(&self.follower_forces, t))
             .min(first_break(&self.follower_couples, t))
+            .min(first_break_of(&self.functions, t))
             .min(clamp)
     }
 }

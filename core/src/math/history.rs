@@ -5,7 +5,6 @@ use crate::error::{Error, Result};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A scalar function of time, with its first two derivatives and its breaks.
 ///
@@ -33,9 +32,6 @@ pub enum History {
     /// Any function.
     #[cfg_attr(feature = "serde", serde(skip))]
     Custom(Custom),
-    /// A value that the owner changes while a run goes on.
-    #[cfg_attr(feature = "serde", serde(serialize_with = "present_value"))]
-    Steered(Steered),
     /// Growth in proportion to time, f = rate t.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Rate {
@@ -134,64 +130,6 @@ impl fmt::Debug for Custom {
     }
 }
 
-/// A value that the holder of a clone changes between the steps of a run. A run ends a step at the time up to which the
-/// value holds, so that a change lies inside no step.
-#[derive(Clone)]
-pub struct Steered {
-    /// Bits of the value, and of the time up to which the value holds.
-    held: Arc<[AtomicU64; 2]>,
-}
-
-impl Steered {
-    /// A value that holds for ever, unless the owner changes the value.
-    pub fn new(value: f64) -> Self {
-        let held = [value, f64::INFINITY].map(|x| AtomicU64::new(x.to_bits()));
-        Self {
-            held: Arc::new(held),
-        }
-    }
-
-    /// The value.
-    pub fn value(&self) -> f64 {
-        f64::from_bits(self.held[0].load(Ordering::Relaxed))
-    }
-
-    /// Changes the value.
-    pub fn set(&self, value: f64) {
-        self.held[0].store(value.to_bits(), Ordering::Relaxed);
-    }
-
-    /// Sets the time up to which the value holds: a break of the history.
-    pub fn hold_until(&self, t: f64) {
-        self.held[1].store(t.to_bits(), Ordering::Relaxed);
-    }
-
-    /// The time up to which the value holds.
-    fn until(&self) -> f64 {
-        f64::from_bits(self.held[1].load(Ordering::Relaxed))
-    }
-}
-
-#[cfg(feature = "serde")]
-fn present_value<S: serde::Serializer>(
-    steered: &Steered,
-    to: S,
-) -> std::result::Result<S::Ok, S::Error> {
-    to.serialize_f64(steered.value())
-}
-
-impl PartialEq for Steered {
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.held, &other.held)
-    }
-}
-
-impl fmt::Debug for Steered {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Steered").field(&self.value()).finish()
-    }
-}
-
 impl History {
     /// amplitude sin(angular_frequency t + phase); the angular frequency in radians per unit of time.
     pub fn sine(amplitude: f64, angular_frequency: f64, phase: f64) -> Self {
@@ -246,7 +184,6 @@ impl History {
                 .and_then(|()| check_growing("a block", &[block.start, block.until])),
             Self::Table(rows) => check_table(rows),
             Self::Custom(custom) => check_growing("breaks", &custom.breaks),
-            Self::Steered(steered) => check_numbers(&[("value", steered.value())]),
         }?;
         Ok(self)
     }
@@ -289,7 +226,6 @@ impl History {
             }
             Self::Table(rows) => line(t, rows),
             Self::Custom(custom) => (custom.f)(t),
-            Self::Steered(steered) => [steered.value(), 0.0, 0.0],
         }
     }
 
@@ -312,7 +248,6 @@ impl History {
                 rows.get(next).map_or(f64::INFINITY, |row| row[0])
             }
             Self::Custom(custom) => first(&custom.breaks),
-            Self::Steered(steered) => first(&[steered.until()]),
         }
     }
 
@@ -321,7 +256,7 @@ impl History {
     pub fn is_smooth(&self) -> bool {
         !matches!(
             self,
-            Self::Ramp(_) | Self::Pulse(_) | Self::Block(_) | Self::Table(_) | Self::Steered(_)
+            Self::Ramp(_) | Self::Pulse(_) | Self::Block(_) | Self::Table(_)
         )
     }
 }

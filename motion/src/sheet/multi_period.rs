@@ -232,6 +232,10 @@ impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
     /// change of 1 - x. None where there are no averages.
     fn averaged(&self, at: &Phase<N>, most: f64) -> Option<Phase<N>> {
         let (body, mass) = (self.body, self.body.mass());
+        if body.has_functions() {
+            // The averages know the loss to drag along the rod, not that to a function of the motion.
+            return None;
+        }
         let across = self.manifold.axial_constraint(0.0)?.across;
         let point = self.manifold.point_in(self.patch, &at.q)?;
         let speed = at.v.dot(&across);

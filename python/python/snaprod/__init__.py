@@ -38,12 +38,15 @@ from ._results import (
     Run,
     SweepResult,
 )
+from ._loads import BodyState, Loads, Piecewise
 from ._scene import Progress, SceneLike, Told, fields, given, numbers, whole
 from ._simulation import Simulation, State
 from ._sweep import sweep
-from ._table import Table
+from ._table import Table, plural
+from ._types import Scene
 
 __all__ = [
+    "BodyState",
     "Branch",
     "ComputationError",
     "Drawing",
@@ -55,8 +58,10 @@ __all__ = [
     "Folds",
     "Memory",
     "Modes",
+    "Piecewise",
     "Result",
     "Run",
+    "Scene",
     "SceneError",
     "Simulation",
     "State",
@@ -122,6 +127,7 @@ def run(
     strain: str = "some",
     progress: Progress = None,
     state: State | None = None,
+    loads: Loads | None = None,
     on_sample: Callable[[dict[str, Any]], object] | None = None,
     on_event: Callable[[dict[str, Any]], object] | None = None,
     by: Sequence[str] = (),
@@ -140,10 +146,15 @@ def run(
     state : State, optional
         The state from which the run goes on, ``run.state`` of another run of the scene, or ``state`` of a simulation.
         Loads may have changed since. The scene says when to end: ``run__duration``.
+    loads : dict, optional
+        Functions as loads, ``{"force": f}`` or ``{"couple": f}`` on the body of one rod, ``{"tip": {"force": f}}`` on
+        a body of an assembly. ``f(t, body)`` returns two components in the plane, or three. ``body`` is the
+        :class:`BodyState`. The method calls ``f`` inside its steps, at times in no order: ``f`` must depend on its
+        arguments alone and be smooth, or a :class:`Piecewise`. Its work is in the column ``work``.
     on_sample : callable, optional
         Called with every sample, a dict by the names of the columns.
     on_event : callable, optional
-        Called with every event, a dict as in ``run.events``, bounces included. A bar calls neither function.
+        Called with every event, a dict as in ``run.events``, bounces included. A bar or a flow tells its events at the end.
     by : sequence of str, optional
         Fields of the scene by which the motion is differentiated, of a planar elastic rod without friction. The table
         ``run.tables["derivatives"]`` has those of the samples, ``run.derivatives`` those of the end and of the snaps.
@@ -171,10 +182,16 @@ def run(
     >>> run = snaprod.run({"rod": rod, "body": {"mass": 1.0}, "start": start, "run": {"duration": 1.0}})
     >>> run.outcome, len(run.events), float(run.t[-1])
     ('end_of_time', 1, 1.0)
+    >>> braked = snaprod.run(
+    ...     {"rod": rod, "body": {"mass": 1.0}, "start": start, "run": {"duration": 1.0}},
+    ...     loads={"force": lambda t, body: -5.0 * body.velocity},
+    ... )
+    >>> bool(braked.work[-1] < -1.0 and abs(braked.total - braked.total[0]).max() < 1e-8)
+    True
     """
     if strain not in ("none", "some", "all"):
         raise ValueError(f'strain = {strain!r}: must be "none", "some" or "all"')
-    source = given(scene, set)
+    source = given(scene, set, loads)
     with Told(progress, "snaprod run") as told:
         text = None if state is None else state.to_json()
         if by and state is not None:
@@ -184,7 +201,8 @@ def run(
     if raw["raised"] is not None:
         raw["raised"].run = found
         raise raw["raised"]
-    _log.info("run: %s at t = %g, %d events", found.outcome, found["t"][-1], len(found.events))
+    events = plural(len(found.events), "event")
+    _log.info("run: %s at t = %g, %s", found.outcome, found["t"][-1], events)
     for note in (found.reason, found.warning):
         if note:
             _log.info("run: %s", note)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any, Mapping, Sequence
 
@@ -41,7 +42,8 @@ class SceneError(ValueError):
         self, messages: Sequence[str], faults: Sequence[Mapping[str, Any]] = (), lines: bool = False
     ) -> None:
         head = {0: [], 1: []}.get(len(faults), [f"{len(faults)} faults in the scene"])
-        super().__init__("\n".join([*head, *messages]))
+        said = messages if lines or not faults else [in_dicts(message) for message in messages]
+        super().__init__("\n".join([*head, *said]))
         self.faults = tuple(_fault(one, lines) for one in faults)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -53,7 +55,21 @@ def _fault(one: Mapping[str, Any], lines: bool) -> Fault:
     kind, field, value, allowed, hint, line, column = (
         one[name] for name in ("kind", "field", "value", "allowed", "hint", "line", "column")
     )
+    hint = hint if lines or hint is None else in_dicts(hint)
     return Fault(kind, field, value, allowed, hint, line if place else None, column if place else None)
+
+
+def in_dicts(message: str) -> str:
+    """Returns a message about TOML as one about dicts: ``mass = 1.0`` becomes ``"mass": 1.0``, [body] "body"."""
+
+    def code(found: re.Match[str]) -> str:
+        text = re.sub(r"\b([A-Za-z_]\w*) = ", r'"\1": ', found[0])
+        return re.sub(r": (true|false)\b", lambda word: f": {word[1].title()}", text)
+
+    message = re.sub(r"`[^`]*`", code, message.replace("must be a table with", "must be a dict with"))
+    message = re.sub(r"\[\[([a-z_]+)\]\]", r'"\1": [{..}]', message)
+    message = re.sub(r"\[([a-z_]+)\.([a-z_]+)\]", r'"\1": {"\2": ..}', message)
+    return re.sub(r"\[([a-z_]+)\]", r'"\1"', message)
 
 
 def _again(message: str, faults: tuple[Fault, ...]) -> SceneError:

@@ -51,7 +51,9 @@ def made(given: Given, command: str, options: list[str], film: str = "") -> dict
 
     Raises SceneError for options that the program refuses, and ComputationError for a film that is not made.
     """
-    text, overrides, name = given
+    text, overrides, name, loads = given
+    if loads:
+        raise SceneError(["loads: the program knows no functions of Python; plot(), at() and shape() do"])
     with TemporaryDirectory() as directory:
         scene, out = Path(directory, f"{Path(name or 'scene').stem}.toml"), Path(directory, "out")
         scene.write_text(text, encoding="utf-8")

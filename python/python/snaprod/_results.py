@@ -647,10 +647,15 @@ class SweepResult(Result):
         variables = {n: one(n, dims, self.grid(n)) for n in self if n not in axes}
         return xarray.Dataset(variables, axes, {"name": self.data.name})
 
-    def plot(self, ax: Axes | None = None, name: str | None = None) -> Axes:
-        """Draws a column: a line over one field, a map over two. Words are drawn as classes of their own."""
+    def plot(self, ax: Axes | str | None = None, name: str | None = None) -> Axes:
+        """Draws a column: a line over one field, a map over two. Words are drawn as classes of their own.
+
+        ``ax`` may be the name of the column, too: ``swept.plot("outcome")``.
+        """
         from . import _plot
 
+        if isinstance(ax, str):
+            ax, name = None, ax
         return _plot.sweep(self, ax, name)
 
     def _headline(self) -> str:

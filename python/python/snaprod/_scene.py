@@ -13,32 +13,35 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._errors import SceneError
+from ._loads import GivenLoad, Loads, acting
 
 SceneLike = Union[Mapping[str, Any], str, "PathLike[str]"]
 """A scene: a dict as the TOML would be read, TOML text, or the path of a TOML file."""
 
-Given = Tuple[str, list[str], Union[str, None]]
+Given = Tuple[str, list[str], Union[str, None], list[GivenLoad]]
+"""The text of a scene, the fields to be set in it, its name, and functions as loads."""
 
 Progress = Union[bool, Callable[[float, float], object], None]
 """True for a bar (tqdm, if it is installed), or a function of the fraction done and the time or parameter reached."""
 
 
-def given(scene: SceneLike, fields: Mapping[str, Any]) -> Given:
-    """Returns the text of a scene, the fields to be set in it, and its name.
+def given(scene: SceneLike, fields: Mapping[str, Any], loads: Loads | None = None) -> Given:
+    """Returns the text of a scene, the fields to be set in it, its name, and functions as loads.
 
     The name of a dict, which has no lines, is None.
     """
     overrides = [f"{path}={value}" for path, value in (setting(*one) for one in fields.items())]
+    functions = acting(loads)
     if isinstance(scene, Mapping):
         lines = (
             f"{_core.toml('scene', name)} = {_core.toml(str(name), value)}" for name, value in scene.items() if value is not None
         )
-        return "\n".join(lines) + "\n", overrides, None
+        return "\n".join(lines) + "\n", overrides, None, functions
     # One line with = may be a path or TOML text: a directory may be called mass=2.
     if isinstance(scene, str) and ("\n" in scene or "=" in scene and not exists(scene)):
-        return scene, overrides, ""
+        return scene, overrides, "", functions
     path = fspath(scene)
-    return text_of(path), overrides, path
+    return text_of(path), overrides, path, functions
 
 
 def text_of(path: str) -> str:

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._errors import SceneError
-from ._scene import SceneLike, given, names, numbers, setting, whole
+from ._loads import Loads
+from ._scene import Given, SceneLike, given, names, numbers, setting, whole
 from ._table import Table
 
 __all__ = ["Simulation", "State"]
@@ -67,6 +68,9 @@ class Simulation:
         A scene of motion of rods and bodies, as in :func:`run`. A bar is refused.
     push : bool, str or sequence of str
         The bodies on which :meth:`push` acts: names of bodies of an assembly, or True for the body of one rod.
+    loads : dict, optional
+        Functions as loads, as in :func:`run`. An exception of a function ends the motion and is raised; ``reset(state)``
+        goes back.
     **set
         Fields to be set in the scene.
 
@@ -94,11 +98,13 @@ class Simulation:
     (0.02, [])
     """
 
-    def __init__(self, scene: SceneLike, *, push: bool | str | Sequence[str] = (), **set: Any) -> None:
+    def __init__(
+        self, scene: SceneLike, *, push: bool | str | Sequence[str] = (), loads: Loads | None = None, **set: Any
+    ) -> None:
         bodies = [""] if push is True else [] if push is False else names("push", push)
-        self._begin(given(scene, set), bodies)
+        self._begin(given(scene, set, loads), bodies)
 
-    def _begin(self, source: tuple[str, list[str], str | None], bodies: list[str]) -> None:
+    def _begin(self, source: Given, bodies: list[str]) -> None:
         self._source, self._bodies = source, bodies
         self._changes: dict[str, str] = {}
         self._motion = _core.Simulation(source, bodies)
@@ -338,8 +344,7 @@ class Simulation:
         """
         fields = dict(setting(*one) for one in set.items())
         changes = {**self._changes, **fields}
-        text, overrides, name = self._source
-        self._motion.change((text, [*overrides, *(f"{path}={value}" for path, value in changes.items())], name))
+        self._motion.change(_changed(self._source, changes))
         self._changes, self._row = changes, None
 
     @property
@@ -383,15 +388,18 @@ class Simulation:
         return f"<Simulation: t = {self.t:g} of {self.duration:g}, {count} event{'' if count == 1 else 's'}>"
 
 
-def _again(
-    source: tuple[str, list[str], str | None], bodies: list[str], changes: dict[str, str], state: State
-) -> Simulation:
+def _changed(source: Given, changes: dict[str, str]) -> Given:
+    """Returns a scene with changed fields, without the functions: these stay with the motion."""
+    text, overrides, name, _ = source
+    return text, [*overrides, *(f"{path}={value}" for path, value in changes.items())], name, []
+
+
+def _again(source: Given, bodies: list[str], changes: dict[str, str], state: State) -> Simulation:
     """Returns the simulation that was pickled, without its events."""
     made = object.__new__(Simulation)
     made._begin(source, bodies)
     if changes:
-        text, overrides, name = source
-        made._motion.change((text, [*overrides, *(f"{path}={value}" for path, value in changes.items())], name))
+        made._motion.change(_changed(source, changes))
         made._changes = changes
     made.reset(state)
     return made

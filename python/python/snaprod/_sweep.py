@@ -78,7 +78,7 @@ def sweep(
     >>> dict(swept.to_xarray().sizes)
     {'body.mass': 2, 'start.kappa': 3}
     """
-    text, overrides, _ = given(scene, set)
+    text, overrides, *_ = given(scene, set)
     if not isinstance(vary, Mapping):
         raise TypeError(f"vary = {vary!r}: must be a dict from the paths of fields to their values")
     plan_of = [_varied(path, values) for path, values in vary.items()]

@@ -830,17 +830,17 @@ fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Bo
 }
 
 fn free_carrier(body: &AssemblyBody, gravity: [f64; 3]) -> Result<Body> {
-    let loads = body.loads(gravity);
+    let (loads, world) = (body.loads(gravity), Isometry3::identity());
     if body.is_massless() {
         let loads = body.loads([0.0; 3]);
         let node = RigidBody::new(1.0, Matrix3::identity())?;
-        return acting_on(node, &loads, Vector3::from).map(Body::loaded_node);
+        return acting_on(node, &loads, Vector3::from, &world).map(Body::loaded_node);
     }
     let Some(extent) = &body.extent else {
-        return point_mass(body.mass, &loads, Vector3::from, None).map(Body::point);
+        return point_mass(body.mass, &loads, Vector3::from, &world, None).map(Body::point);
     };
     let rigid = RigidBody::new(body.mass, Matrix3::from_fn(|i, j| extent.inertia[i][j]))?
         .with_centre(extent.offset.into())?
         .with_rotor(extent.rotor.into())?;
-    acting_on(rigid, &loads, Vector3::from).map(Body::rigid)
+    acting_on(rigid, &loads, Vector3::from, &world).map(Body::rigid)
 }

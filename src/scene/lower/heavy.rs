@@ -148,7 +148,8 @@ impl HeavyPlane {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
         let support = clamp::clamp_in_space(&plain.clamp)?;
         let mass_at_end = plain.body.as_ref().map_or(FREE_END, |_| 1.0);
-        let body = point_mass(mass_at_end, &plain.loads, Vector3::from, support.clone())?;
+        let (loads, world) = (&plain.loads, Isometry3::identity());
+        let body = point_mass(mass_at_end, loads, Vector3::from, &world, support.clone())?;
         let given = RodDescription {
             law: law(&scene.rod, scales.measures(), &[StrainName::U1 as usize])?,
             curve: Curve::Plane,

@@ -369,9 +369,13 @@ fn carried(
         None => inward.vector(v),
         Some(_) => Vector3::from(*v),
     };
+    let frame = match support {
+        None => inward.0,
+        Some(_) => Isometry3::identity(),
+    };
     let body = match plain.body.as_ref().map(|body| &body.joint) {
         Some(Joint::Ball) => {
-            let body = point_mass(1.0, loads, |v| vector(&v), support.clone())?;
+            let body = point_mass(1.0, loads, |v| vector(&v), &frame, support.clone())?;
             return Ok(Mass::Point(body));
         }
         Some(Joint::Weld {
@@ -387,7 +391,7 @@ fn carried(
         }
         None => RigidBody::new(FREE_END, Matrix3::from_diagonal_element(FREE_END))?,
     };
-    let body = acting_on(body, loads, |v| vector(&v))?;
+    let body = acting_on(body, loads, |v| vector(&v), &frame)?;
     Ok(Mass::Rigid(match support {
         None => body,
         Some(support) => body.with_support(support),

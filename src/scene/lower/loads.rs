@@ -3,13 +3,15 @@
 use crate::body::{PointMass, RigidBody, Support, TimeLoad};
 use crate::error::Result;
 use crate::scene::{Force, Loads};
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Isometry3, SVector, Vector3};
 
-/// A point mass and its loads, in units of the rod. `inward` maps world vectors to the frame of the run.
+/// A point mass and its loads, in units of the rod. `inward` maps world vectors to the frame of the run, which stands
+/// in the world as `frame`.
 pub(super) fn point_mass<const N: usize>(
     mass: f64,
     loads: &Loads,
     inward: impl Fn([f64; 3]) -> SVector<f64, N>,
+    frame: &Isometry3<f64>,
     support: Option<Support<N>>,
 ) -> Result<PointMass<N>> {
     let body = PointMass::new(mass)?
@@ -18,17 +20,21 @@ pub(super) fn point_mass<const N: usize>(
         .with_drag(loads.drag)?;
     let forces = in_time("force", &loads.force, inward)?.into_iter();
     let body = forces.fold(body, |body, (_, force)| body.with_force(force));
+    let functions = loads.functions.iter().map(|f| f.seen_from(frame));
+    let body = functions.fold(body, PointMass::with_function);
     Ok(match support {
         Some(support) => body.with_support(support),
         None => body,
     })
 }
 
-/// Adds the loads of a rigid body, in units of the rod. `inward` maps world vectors to the frame of the run.
+/// Adds the loads of a rigid body, in units of the rod. `inward` maps world vectors to the frame of the run, which
+/// stands in the world as `frame`.
 pub(super) fn acting_on(
     body: RigidBody,
     loads: &Loads,
     inward: impl Fn([f64; 3]) -> Vector3<f64>,
+    frame: &Isometry3<f64>,
 ) -> Result<RigidBody> {
     let mut body = body
         .with_gravity(inward(loads.gravity))?
@@ -50,7 +56,8 @@ pub(super) fn acting_on(
             body.with_couple(couple)
         };
     }
-    Ok(body)
+    let functions = loads.functions.iter().map(|f| f.seen_from(frame));
+    Ok(functions.fold(body, RigidBody::with_function))
 }
 
 /// Time-dependent loads, each with a flag for follower loads. `inward` maps directions of the world to the frame of the

@@ -14,7 +14,7 @@ use crate::manifold::Multivalued;
 use crate::math::small_sort::sort_few;
 use crate::motion::{Motion, Options, on_elastica};
 use crate::scene::{Dimensionless, InitialShape, Scene, Sheet, SheetName};
-use nalgebra::Vector2;
+use nalgebra::{Isometry3, Vector2};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -135,7 +135,14 @@ fn end(start: Option<&Equilibrium>) -> Vector2<f64> {
 
 /// The mass and its loads.
 pub(super) fn body(plain: &Dimensionless) -> Result<PointMass<2>> {
-    point_mass(1.0, &plain.loads, in_plane, clamp::planar(&plain.clamp)?)
+    let world = Isometry3::identity();
+    point_mass(
+        1.0,
+        &plain.loads,
+        in_plane,
+        &world,
+        clamp::planar(&plain.clamp)?,
+    )
 }
 
 /// The planar part (x, y) of a vector.

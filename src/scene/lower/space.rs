@@ -116,8 +116,9 @@ impl MotionModel for ViscousSpace {
     }
 
     fn reduction(&self) -> Result<Option<std::result::Result<Reduction, Refusal>>> {
-        if self.common.bears_load() || self.in_time.is_some() {
-            // A load along the rod prevents uniform strains; equivalent springs do not vary in time.
+        if self.common.bears_load() || self.in_time.is_some() || self.common.carried.has_functions()
+        {
+            // A load along the rod prevents uniform strains. Springs neither vary in time nor bear functions.
             return Ok(None);
         }
         let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {

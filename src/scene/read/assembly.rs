@@ -510,6 +510,7 @@ fn body(table: &Table, name: Option<String>, motion: bool, full: bool) -> Option
         shape: shape?,
         velocity: velocity?,
         angular_velocity: angular_velocity?,
+        functions: Vec::new(),
     };
     fits.then_some(body)
 }

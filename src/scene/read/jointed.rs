@@ -207,5 +207,6 @@ fn carried(body: Option<&Body>, loads: &Loads, start: &Start) -> AssemblyBody {
         shape: body.and_then(|body| body.shape),
         velocity: start.velocity,
         angular_velocity: start.angular_velocity,
+        functions: loads.functions.clone(),
     }
 }

@@ -6,7 +6,7 @@ mod track;
 pub use record::{BarMoment, BarRecord};
 pub use track::{ShockPoint, ShockTrack};
 
-use super::{Cell, Column, Hooks, Sink, Table};
+use super::{Cell, Column, Hooks, Sink, Table, Trajectory, tell};
 use crate::bar::breaking::{self, Breaking};
 use crate::bar::{Bar, End, Law1d, Scheme, Snapshot, motion, shocks};
 use crate::error::{Error, Result};
@@ -106,7 +106,7 @@ pub fn run(
         given.time_step,
         given.unstable,
     )?;
-    let trajectory = sink.begin(trajectory(u))?;
+    let trajectory = Trajectory::begin(trajectory(u), sink)?;
     let waves = sink.begin(waves(u))?;
     let mut record = BarRecord::new(prepared, &motion.snapshot());
     let mut tracker = Tracker::default();
@@ -137,26 +137,24 @@ pub fn run(
         tracker.look(t, &found, bar.length() / given.cells as f64);
         let [base, tip] = now.ends;
         let loss: f64 = found.iter().map(|shock| shock.loss_rate).sum();
-        sink.row(
-            trajectory,
-            &[
-                t,
-                tip.position,
-                tip.velocity,
-                tip.stress,
-                base.position,
-                base.velocity,
-                base.stress,
-                ledger.kinetic,
-                ledger.strain,
-                ledger.work,
-                ledger.lost,
-                ledger.momentum,
-                ledger.impulse,
-                loss,
-            ]
-            .map(Cell::Real),
-        )?;
+        let row = [
+            t,
+            tip.position,
+            tip.velocity,
+            tip.stress,
+            base.position,
+            base.velocity,
+            base.stress,
+            ledger.kinetic,
+            ledger.strain,
+            ledger.work,
+            ledger.lost,
+            ledger.momentum,
+            ledger.impulse,
+            loss,
+        ]
+        .map(Cell::Real);
+        trajectory.row(&row, sink, hooks)?;
         if i % stride == 0 || i == rows {
             for k in thinned(now.x.len()) {
                 let row = [t, now.x[k], now.stretch[k], now.velocity[k], now.stress[k]];
@@ -179,6 +177,7 @@ pub fn run(
     record.shocks = tracker.finish();
     record.breaking = prepared.breaking();
     record.rays = rays(bar, &record);
+    tell(record.events(), hooks);
     Ok(record)
 }
 

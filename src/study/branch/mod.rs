@@ -76,6 +76,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
 /// # Errors
 /// As [`branch()`]; derivatives of rods among obstacles.
 pub fn branch_by(scene: &Scene, by: &[ScalarField], hooks: &mut dyn Hooks) -> Result<BranchRecord> {
+    scene.refuse_functions("a branch")?;
     let Some(wanted) = &scene.continuation else {
         return Err(missing(scene));
     };

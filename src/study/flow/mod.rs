@@ -5,7 +5,7 @@ mod record;
 pub use record::{FlowMoment, FlowRecord};
 
 use super::bar::Tracker;
-use super::{Cell, Column, Hooks, Sink, Table};
+use super::{Cell, Column, Hooks, Sink, Table, Trajectory, tell};
 use crate::bar::Shock;
 use crate::error::{Error, Result};
 use crate::flow::starling::{Starling, StarlingState};
@@ -103,7 +103,7 @@ fn run_tube(
 ) -> Result<FlowRecord> {
     let given = &prepared.given;
     let mut flow = FlowVolumes::new(tube, cells)?.bounded(given.time_step);
-    let trajectory = sink.begin(columns(prepared.units, given))?;
+    let trajectory = Trajectory::begin(columns(prepared.units, given), sink)?;
     let fields = sink.begin(field_columns(prepared.units))?;
     let mut record = FlowRecord::new(prepared);
     let mut tracker = Tracker::of_standing();
@@ -174,7 +174,7 @@ fn run_tube(
             l.jumps,
             l.error,
         ];
-        sink.row(trajectory, &row.map(Cell::Real))?;
+        trajectory.row(&row.map(Cell::Real), sink, hooks)?;
         if i % stride == 0 || i == last {
             let ratios: Vec<f64> = (now.x.iter().zip(&now.area))
                 .map(|(x, area)| area / (tube.places)(*x).area)
@@ -214,6 +214,7 @@ fn run_tube(
     record.events.extend(births);
     let time = |value: &Value| value["t"].as_f64().unwrap_or(f64::NAN);
     record.events.sort_by(|a, b| time(a).total_cmp(&time(b)));
+    tell(record.events.clone(), hooks);
     Ok(record)
 }
 
@@ -280,7 +281,7 @@ fn run_lumped(
         },
     };
     let mut motion = resistor.motion(start)?;
-    let trajectory = sink.begin(columns(prepared.units, given))?;
+    let trajectory = Trajectory::begin(columns(prepared.units, given), sink)?;
     let mut record = FlowRecord::new(prepared);
     record.hopf = (resistor.pressure[1] < resistor.pressure[0])
         .then(|| {
@@ -300,7 +301,7 @@ fn run_lumped(
         let inside = resistor.law.at(now.area).pressure + resistor.outside;
         let index = resistor.index(now);
         let row = [t, now.inflow, now.area, now.outflow, inside, index];
-        sink.row(trajectory, &row.map(Cell::Real))?;
+        trajectory.row(&row.map(Cell::Real), sink, hooks)?;
         record.moments.push(FlowMoment {
             time: t,
             least: (now.area, 0.0),

@@ -59,6 +59,7 @@ const FARTHEST: i32 = 300;
 /// # Errors
 /// A scene without internal friction; a section without a memory kernel.
 pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
+    scene.refuse_functions("memory")?;
     match scene.kind {
         SceneKind::Rod => {}
         SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Wall(_) => scene.body().map(drop)?,

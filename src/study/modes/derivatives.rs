@@ -46,6 +46,7 @@ fn frequencies((assembly, scales): &Model, now: &Configuration) -> Result<Vec<f6
 /// # Errors
 /// A planar scene; rods with their full mass; no equilibrium found; frequencies that coincide.
 pub fn derivatives(scene: &Scene, fields: &[ScalarField]) -> Result<Derivatives> {
+    scene.refuse_functions("derivatives of frequencies")?;
     let refuse = |why: &str| Err(Error::domain(why));
     scene.has_no_obstacles()?;
     if scene.is_planar() {

@@ -155,6 +155,7 @@ const BALANCED: f64 = 1e-6;
 /// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the
 /// rod is infinitely stiff.
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
+    scene.refuse_functions("frequencies")?;
     scene.has_no_obstacles()?;
     let heavy = scene.rod.is_heavy();
     let found = match (scene.assembly(), scene.is_planar()) {

@@ -186,6 +186,7 @@ fn phase_of_rest() -> Phase<2> {
 /// Another model; a rod with mass; obstacles; a clamp that moves; loads that jump in time; a run that ends early, or
 /// passes next to the straight rod.
 pub fn derivatives(scene: &Scene, fields: &[ScalarField]) -> Result<RunDerivatives> {
+    scene.refuse_functions("derivatives of a run")?;
     let run = scene.run()?;
     let (steps, duration) = (run.samples.max(2) - 1, run.duration);
     let times = (0..=steps).map(|i| duration * i as f64 / steps as f64);

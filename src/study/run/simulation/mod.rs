@@ -225,8 +225,8 @@ impl Simulation {
 
     /// Lets steered forces hold up to a time, at which a step then ends.
     fn hold_until(&self, t: f64) {
-        let all = self.steered.iter().flat_map(|force| &force.along);
-        all.for_each(|force| force.hold_until(t));
+        let t = self.prepared().time(t);
+        self.steered.iter().for_each(|force| force.hold_until(t));
     }
 
     fn is_near(&self, t: f64) -> bool {
@@ -342,15 +342,10 @@ impl Simulation {
                 "a force changes at the end of a step: advance first",
             ));
         }
-        let k = &self.prepared().header.scales;
-        let inward = force.map(|x| k.inward(Quantity::Force, x));
-        let before = std::array::from_fn(|i| steered.along[i].value());
-        if before == inward {
+        if steered.value() == force {
             return Ok(());
         }
-        for (along, x) in steered.along.iter().zip(inward) {
-            along.set(x);
-        }
+        steered.set(force);
         if let Some(log) = &mut self.log {
             let push = Push {
                 t: self.t,
@@ -368,11 +363,7 @@ impl Simulation {
 
     /// Steered forces now, in the units of the scene.
     pub fn pushes(&self) -> Vec<[f64; 3]> {
-        let k = &self.prepared().header.scales;
-        let now = |force: &SteeredForce| {
-            std::array::from_fn(|i| k.outward(Quantity::Force, force.along[i].value()))
-        };
-        self.steered.iter().map(now).collect()
+        self.steered.iter().map(SteeredForce::value).collect()
     }
 
     /// Begins the motion anew at its start, under the present scene and steered forces.
@@ -399,8 +390,7 @@ impl Simulation {
             (self.steered, self.scene) = (steered, self.plain.clone());
             self.changed = false;
         }
-        let all = self.steered.iter().flat_map(|force| &force.along);
-        all.for_each(|force| force.set(0.0));
+        self.steered.iter().for_each(|force| force.set([0.0; 3]));
         self.log = Some(Vec::new());
         self.restart()
     }
@@ -448,11 +438,8 @@ impl Simulation {
             return self.replay(state);
         }
         let begun = state.motion.method == SimulationState::START;
-        let k = self.prepared().header.scales;
         for (steered, force) in self.steered.iter().zip(&state.pushes) {
-            for (along, x) in steered.along.iter().zip(force) {
-                along.set(k.inward(Quantity::Force, *x));
-            }
+            steered.set(*force);
         }
         if begun {
             let forces = state.pushes.iter().enumerate();
@@ -510,13 +497,14 @@ impl Simulation {
     }
 
     /// Goes on under another scene that differs in loads, friction or tensions alone. The change of energy is booked
-    /// as work. `scene`: without the steered forces, which stay.
+    /// as work. `scene`: without the steered forces and functions on bodies, which stay.
     ///
     /// # Errors
     /// A scene that differs in another field; a state that cannot be saved; rods that cannot be in the present state
     /// under the new scene. The simulation is then unchanged.
     pub fn change(&mut self, scene: &Scene) -> Result<()> {
-        let (whole, steered) = steered_scene(scene, &self.steered)?;
+        let scene = scene.clone().with_functions_of(&self.scene)?;
+        let (whole, steered) = steered_scene(&scene, &self.steered)?;
         let prepared = Box::new(Prepared::new(&whole)?);
         refuse_others(&self.prepared().header.scene, &prepared.header.scene)?;
         let t = self.t;
@@ -531,7 +519,7 @@ impl Simulation {
             restored.map_err(|e| e.context("the present state under the changed scene"))?;
         }
         (self.running, self.steered) = (running, steered);
-        (self.scene, self.changed) = (scene.clone(), true);
+        (self.scene, self.changed) = (scene, true);
         if self.stepped {
             self.stand_at_end();
         }
@@ -574,8 +562,7 @@ fn steered_scene(scene: &Scene, like: &[SteeredForce]) -> Result<(Scene, Vec<Ste
     let mut whole = scene.clone();
     let steered = like.iter().map(|force| {
         let made = whole.steered(&force.body)?;
-        let both = made.along.iter().zip(&force.along);
-        both.for_each(|(new, old)| new.set(old.value()));
+        made.set(force.value());
         Ok(made)
     });
     let steered = steered.collect::<Result<_>>()?;
