@@ -51,4 +51,6 @@ pub use saved_state::SavedState;
 pub use sheet::{OnSheet, Phase, Progress};
 pub use snap::{LandingRule, Snap, SnapEnd};
 pub use snaprod_systems::error::{Cause, Error, Result, Stuck};
-pub use state::{Labels, RodCurve, SectionState, State, StateRef, curve_outward, outward};
+pub use state::{
+    EndInWorld, Labels, RodCurve, SectionState, State, StateRef, curve_outward, outward,
+};

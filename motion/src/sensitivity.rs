@@ -1,4 +1,4 @@
-//! Derivatives of a motion on sheets by a parameter, through its snaps.
+//! Derivatives of a motion of a point mass on the planar elastica by a parameter, through its snaps.
 //!
 //! In the desingularised time tau of `sheet` the state y = (q, v, t, ..) obeys y' = f(y, p), smooth through
 //! folds. Its derivative d by p at fixed tau obeys
@@ -12,12 +12,13 @@
 //! through the snap. The place depends on the chart point by the Jacobian Dg, and Dg y'_q vanishes at the fold. The
 //! chart point of the landing therefore has the derivative Dg_to^-1 Dg_from d_q.
 
-use super::sheet::{Phase, slope};
+use super::sheet::{Phase, slope_at};
 use super::snap::orientation;
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector2};
 use snaprod_systems::body::PointMass;
+use snaprod_systems::elastica::Elastica;
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::manifold::{Multivalued, Patch};
+use snaprod_systems::manifold::{EquilibriumManifold, Multivalued, Patch};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::{Dop853, State, Step};
 use snaprod_systems::solve::roots::chandrupatla;
@@ -45,25 +46,25 @@ pub fn difference<S: State>(values: &[S; 4], zero: S, step: f64) -> S {
 
 /// The body of a motion at a value of the parameter, and at [`BESIDE`] times a step from there.
 #[derive(Debug, Clone)]
-pub struct VariedBody<const N: usize> {
+pub struct VariedBody {
     /// At the value.
-    pub body: PointMass<N>,
+    pub body: PointMass<2>,
     /// Beside the value.
-    pub beside: [PointMass<N>; 4],
+    pub beside: [PointMass<2>; 4],
     /// The step.
     pub step: f64,
 }
 
 /// A state with its derivative by the parameter at fixed tau.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tangent<const N: usize> {
+pub struct Tangent {
     /// The state.
-    pub at: Phase<N>,
+    pub at: Phase<2>,
     /// Derivative of the state.
-    pub by: Phase<N>,
+    pub by: Phase<2>,
 }
 
-impl<const N: usize> State for Tangent<N> {
+impl State for Tangent {
     fn axpy(&mut self, a: f64, x: &Self) {
         self.at.axpy(a, &x.at);
         self.by.axpy(a, &x.by);
@@ -107,51 +108,44 @@ impl<const N: usize> Phase<N> {
 
 /// A state at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimedTangent<const N: usize> {
+pub struct TimedTangent {
     /// The state.
-    pub at: Phase<N>,
+    pub at: Phase<2>,
     /// Derivative of the state by the parameter at the fixed time.
-    pub by: Phase<N>,
+    pub by: Phase<2>,
     /// Rate of change of the state in time.
-    pub rate: Phase<N>,
+    pub rate: Phase<2>,
 }
 
 /// End of an advance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reached<const N: usize> {
+pub enum Reached {
     /// The time asked for.
-    Time(TimedTangent<N>),
+    Time(TimedTangent),
     /// A fold before it. The derivative is at fixed tau: that of t is the derivative of the time of the fold.
-    Fold(Tangent<N>),
+    Fold(Tangent),
 }
 
 /// A motion with its derivative by a parameter.
-pub struct Sensitivity<'a, M, const N: usize> {
-    manifold: &'a M,
-    bodies: &'a VariedBody<N>,
+pub struct Sensitivity<'a> {
+    bodies: &'a VariedBody,
     orientation: f64,
     tolerance: f64,
-    solver: Dop853<Tangent<N>>,
+    solver: Dop853<Tangent>,
 }
 
-impl<'a, M: Multivalued<N>, const N: usize> Sensitivity<'a, M, N> {
+impl<'a> Sensitivity<'a> {
     /// A motion from `start` in the global chart. `tolerance` is that of the state and of its derivative.
     ///
     /// # Errors
     /// A start outside of the chart, or on a fold.
-    pub fn new(
-        manifold: &'a M,
-        bodies: &'a VariedBody<N>,
-        start: Tangent<N>,
-        tolerance: f64,
-    ) -> Result<Self> {
-        let orientation = orientation(manifold, &start.at.q)?;
-        let first = tangent_slope(manifold, bodies, orientation, &start);
+    pub fn new(bodies: &'a VariedBody, start: Tangent, tolerance: f64) -> Result<Self> {
+        let orientation = orientation(&Elastica, &start.at.q)?;
+        let first = tangent_slope(bodies, orientation, &start);
         let first = first.ok_or_else(|| Error::domain("the start lies outside the chart"))?;
         let rate = first.mean_square(&start, &start).sqrt();
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
         Ok(Self {
-            manifold,
             bodies,
             orientation,
             tolerance,
@@ -163,13 +157,13 @@ impl<'a, M: Multivalued<N>, const N: usize> Sensitivity<'a, M, N> {
     ///
     /// # Errors
     /// A state next to the straight rod, or a motion that is not resolved.
-    pub fn advance(&mut self, t: f64) -> Result<Reached<N>> {
-        let (manifold, bodies, orientation) = (self.manifold, self.bodies, self.orientation);
-        let f = |y: &Tangent<N>| tangent_slope(manifold, bodies, orientation, y);
+    pub fn advance(&mut self, t: f64) -> Result<Reached> {
+        let (bodies, orientation) = (self.bodies, self.orientation);
+        let f = |y: &Tangent| tangent_slope(bodies, orientation, y);
         let lost = || Error::no_convergence("the derivative of the motion is not resolved");
         for _ in 0..STEPS {
             let (state, first) = (*self.solver.state(), *self.solver.slope());
-            if manifold.better_patch(Patch::Global, &state.at.q) != Patch::Global {
+            if Elastica.better_patch(Patch::Global, &state.at.q) != Patch::Global {
                 return Err(Error::ill_conditioned(
                     "the motion passes next to the straight rod, where its derivative is not followed; start it farther from there",
                 ));
@@ -201,17 +195,17 @@ impl<'a, M: Multivalued<N>, const N: usize> Sensitivity<'a, M, N> {
     ///
     /// # Errors
     /// A landing outside of the chart, or on a fold.
-    pub fn land(&mut self, fold: &Tangent<N>, q: &SVector<f64, N>) -> Result<SVector<f64, N>> {
+    pub fn land(&mut self, fold: &Tangent, q: &Vector2<f64>) -> Result<Vector2<f64>> {
         let outside = || Error::domain("a landing outside of the chart");
-        let from = self.manifold.point(&fold.at.q).ok_or_else(outside)?;
+        let from = Elastica.point(&fold.at.q).ok_or_else(outside)?;
         let by_place = from.jacobian * fold.by.q;
         let mut to = *q;
         for _ in 0..POLISH {
-            let there = self.manifold.point(&to).ok_or_else(outside)?;
+            let there = Elastica.point(&to).ok_or_else(outside)?;
             let inverse = there.jacobian.try_inverse().ok_or_else(outside)?;
             to += inverse * (from.pose - there.pose);
         }
-        let there = self.manifold.point(&to).ok_or_else(outside)?;
+        let there = Elastica.point(&to).ok_or_else(outside)?;
         let inverse = there.jacobian.try_inverse().ok_or_else(outside)?;
         let landed = Tangent {
             at: Phase { q: to, ..fold.at },
@@ -220,13 +214,13 @@ impl<'a, M: Multivalued<N>, const N: usize> Sensitivity<'a, M, N> {
                 ..fold.by
             },
         };
-        *self = Self::new(self.manifold, self.bodies, landed, self.tolerance)?;
+        *self = Self::new(self.bodies, landed, self.tolerance)?;
         Ok(by_place)
     }
 }
 
 /// State and derivative at the fixed time, from those at fixed tau.
-fn timed<const N: usize>(y: &Tangent<N>, slope: &Phase<N>) -> TimedTangent<N> {
+fn timed(y: &Tangent, slope: &Phase<2>) -> TimedTangent {
     let rate = Phase::zero().moved(1.0 / slope.t, slope);
     TimedTangent {
         at: y.at,
@@ -236,12 +230,12 @@ fn timed<const N: usize>(y: &Tangent<N>, slope: &Phase<N>) -> TimedTangent<N> {
 }
 
 /// The step ended where `of` vanishes; `ends` are its values at both ends.
-fn hit<const N: usize>(
-    step: &Step<Tangent<N>>,
-    f: impl Fn(&Tangent<N>) -> Option<Tangent<N>> + Copy,
+fn hit(
+    step: &Step<Tangent>,
+    f: impl Fn(&Tangent) -> Option<Tangent> + Copy,
     ends: (f64, f64),
-    of: impl Fn(&Step<Tangent<N>>) -> f64,
-) -> Option<Step<Tangent<N>>> {
+    of: impl Fn(&Step<Tangent>) -> f64,
+) -> Option<Step<Tangent>> {
     let mut cost = Cost::default();
     let mut redone = |h: f64| step.redo(f, h, &mut cost);
     let value = |h: f64| redone(h).map_or(f64::NAN, |step| of(&step));
@@ -249,28 +243,24 @@ fn hit<const N: usize>(
     step.redo(f, h, &mut Cost::default())
 }
 
-/// The right-hand side of state and derivative.
-fn tangent_slope<M: Multivalued<N>, const N: usize>(
-    manifold: &M,
-    bodies: &VariedBody<N>,
-    orientation: f64,
-    y: &Tangent<N>,
-) -> Option<Tangent<N>> {
-    let f = |body: &PointMass<N>, y: &Phase<N>| {
-        slope(manifold, Patch::Global, body, None, None, orientation, y)
-    };
-    let at = f(&bodies.body, &y.at)?;
+/// The right-hand side of state and derivative. The bodies beside share the equilibrium of the rod.
+fn tangent_slope(bodies: &VariedBody, orientation: f64, y: &Tangent) -> Option<Tangent> {
+    let point = Elastica.point_in(Patch::Global, &y.at.q)?;
+    let f = |body: &PointMass<2>| slope_at(&point, body, None, None, orientation, &y.at);
+    let at = f(&bodies.body)?;
     let zero = Phase::zero();
     let mut beside = [zero; 4];
     for (value, body) in beside.iter_mut().zip(&bodies.beside) {
-        *value = f(body, &y.at)?;
+        *value = f(body)?;
     }
     let mut by = difference(&beside, zero, bodies.step);
     let size = y.by.largest();
     if size > 0.0 {
         let h = ALONG / size;
         for (value, place) in beside.iter_mut().zip(BESIDE) {
-            *value = f(&bodies.body, &y.at.moved(place * h, &y.by))?;
+            let moved = y.at.moved(place * h, &y.by);
+            let point = Elastica.point_in(Patch::Global, &moved.q)?;
+            *value = slope_at(&point, &bodies.body, None, None, orientation, &moved)?;
         }
         by.axpy(1.0, &difference(&beside, zero, h));
     }

@@ -28,7 +28,9 @@ use sheet8::{EightfoldSteps, OneOrEight};
 pub use slow_beam::Glide;
 use snaprod_systems::body::PointMass;
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::manifold::{FirstOrderInertia, Multivalued, Patch, adjugate_times};
+use snaprod_systems::manifold::{
+    FirstOrderInertia, ManifoldPoint, Multivalued, Patch, adjugate_times,
+};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::State;
 use snaprod_systems::solve::gauss::Reversible;
@@ -580,12 +582,25 @@ pub(crate) fn slope<M: Multivalued<N>, const N: usize>(
     y: &Phase<N>,
 ) -> Option<Phase<N>> {
     let point = manifold.point_in(patch, &y.q)?;
+    slope_at(&point, body, rod, contacts, orientation, y)
+}
+
+/// The right-hand side of the motion, with the equilibrium `point` of the rod at the state.
+#[inline]
+pub(crate) fn slope_at<const N: usize>(
+    point: &ManifoldPoint<N>,
+    body: &PointMass<N>,
+    rod: Option<FollowedMass<N>>,
+    contacts: Option<&HeldContacts<'_>>,
+    orientation: f64,
+    y: &Phase<N>,
+) -> Option<Phase<N>> {
     let (det, along) = adjugate_times(&point.jacobian, &y.v);
     let slow = orientation / (det * det + point.pace * point.pace).sqrt();
     let rate = slow * det;
     let mut action = body.action(y.t, &point.pose, &y.v, &point.force);
     if let Some(rod) = rod {
-        with_rod(rod, body, y, &point, &mut action)?;
+        with_rod(rod, body, y, point, &mut action)?;
     }
     if let Some(contacts) = contacts {
         contacts.act(body, y, &point.pose, &mut action)?;

@@ -10,7 +10,8 @@ use snaprod_systems::elastica::chart::ChartPoint;
 use snaprod_systems::elastica::{Elastica, Equilibrium};
 use snaprod_systems::manifold::{EquilibriumManifold, Sheet};
 use snaprod_systems::math::difference::derivative;
-use snaprod_systems::math::se3::join;
+use snaprod_systems::math::frame::Frame;
+use snaprod_systems::math::se3::{halves, join};
 use snaprod_systems::section::Strain;
 use snaprod_systems::viscoelastic::grid::Grid;
 use snaprod_systems::viscoelastic::kinematics::{Kinematics, Local};
@@ -149,6 +150,38 @@ pub fn outward(clamp: &Isometry3<f64>, length: f64, pose: &Isometry3<f64>) -> Is
 pub fn curve_outward(clamp: &Isometry3<f64>, length: f64, curve: &mut RodCurve) {
     for (s, pose) in curve {
         (*s, *pose) = (*s * length, outward(clamp, length, pose));
+    }
+}
+
+/// The end of a rod in the world, in units of the rod.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndInWorld {
+    /// Pose.
+    pub pose: Isometry3<f64>,
+    /// Angular velocity, which may be infinite or NaN at an end that turns freely.
+    pub spin: Vector3<f64>,
+    /// Velocity, finite also where the angular velocity is not.
+    pub velocity: Vector3<f64>,
+    /// Couple of the rod on the body.
+    pub couple: Vector3<f64>,
+    /// Force of the rod on the body.
+    pub force: Vector3<f64>,
+}
+
+impl EndInWorld {
+    /// The end in a state that is seen from the clamp.
+    pub fn new(clamp: &Frame<3>, state: &dyn State) -> Self {
+        let (frame, pose, twist) = (clamp.of_poses(), state.pose(), state.twist());
+        let place = join(&Vector3::zeros(), &pose.translation.vector);
+        let straight = join(&Vector3::zeros(), &halves(&twist).1);
+        let (couple, force) = halves(&frame.outward(&state.action()));
+        Self {
+            pose: clamp.pose() * pose,
+            spin: halves(&frame.absolute_velocity(&place, &twist)).0,
+            velocity: halves(&frame.absolute_velocity(&place, &straight)).1,
+            couple,
+            force,
+        }
     }
 }
 

@@ -72,6 +72,50 @@ fn a_wire_between_coaxial_clamps_has_one_branch_point_out_of_its_plane() {
     }
 }
 
+/// The wire between coaxial clamps as an assembly without bodies, alone and beside a rod that turns with its body.
+/// Catches a spin whose equations stay singular, for no body balances the rod: the branch was refused at its start.
+#[test]
+fn a_wire_of_an_assembly_without_bodies_has_its_branch_point() {
+    let data = json("rod_wire.json");
+    let cases = rows(&data, "cases", 6);
+    let case = cases.iter().find(|case| number(case, "torsion") == 0.8);
+    let place = number(case.unwrap(), "z");
+    let rod = |name: &str, from: &str, to: &str, length: f64| {
+        format!(
+            r#"
+            [[rod]]
+            name = "{name}"
+            model = "cosserat"
+            length = {length}
+            section = {{ bending = [1.0, 1.0], torsion = 0.8 }}
+            from = {{ {from} }}
+            to = {{ {to} }}
+            "#
+        )
+    };
+    let at = |z: f64| format!("position = [0.0, 0.0, {z}]");
+    let middle = r#"body = "middle""#;
+    let alone = rod("wire", &at(0.0), &at(0.9), 1.0);
+    let beside = [
+        rod("left", &at(3.0), middle, 0.5),
+        rod("right", middle, &at(3.9), 0.5),
+    ];
+    let body = "[[body]]\nname = \"middle\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n";
+    let continued = "[continue]\nparameter = \"rod.wire.to.position.z\"\nto = 0.1\n";
+    let scenes = [
+        format!("{alone}{continued}"),
+        format!("{alone}{}{body}{continued}", beside.concat()),
+    ];
+    for scene in &scenes {
+        let found = branch(&Scene::parse(scene).unwrap(), &mut Silent).unwrap();
+        let specials = &found.branches.specials;
+        assert_eq!(specials.len(), 1, "{specials:?}");
+        assert_close(specials[0].parameter, place, 1e-9, 1.0, "z");
+        assert_eq!(specials[0].index, [Some(0), Some(1)]);
+        assert!(found.remarks.iter().any(|told| told.contains("spins")));
+    }
+}
+
 /// Catches a free turn that counts as unstable: a hose of any weight hangs over an exactly upright clamp, and turns
 /// about the vertical. On a clamp that leans it does not.
 #[test]

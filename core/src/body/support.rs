@@ -210,6 +210,11 @@ impl Support<2> {
     pub fn with_turning(self, angle: History) -> Result<Self> {
         self.turned(Matrix2::new(0.0, -1.0, 1.0, 0.0), angle)
     }
+
+    /// Frame of the clamp at time `t`, in space.
+    pub fn in_space(&self, t: f64) -> Frame<3> {
+        self.at(t).in_space()
+    }
 }
 
 impl Support<3> {

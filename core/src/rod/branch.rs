@@ -126,7 +126,7 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
             let first = self.pointer.get_or_init(|| now);
             phase.hold(first, &mut residual, &mut jacobian);
         }
-        let slope = derivative(p, self.step, CHANGE, |p| {
+        let slope = derivative(p, self.step, CHANGE, &|p| {
             let problem = (self.problem)(p)?;
             if self.changes_rod {
                 let beside = chart.trial_beside(&problem, x, &trial)?;
@@ -144,12 +144,12 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
 
     fn by_parameter(&self, x: &DVector<f64>, p: f64, step: f64) -> Result<Slope> {
         let known = self.chart.trial(&(self.problem)(p)?, x)?;
-        Slope::at(step, |h| self.residual_beside(x, p + h, &known))
+        Slope::at(step, &mut |h| self.residual_beside(x, p + h, &known))
     }
 
     fn first_step(&self, x: &DVector<f64>, p: f64) -> Result<f64> {
         let known = self.chart.trial(&(self.problem)(p)?, x)?;
-        first_step(p, |p| self.residual_beside(x, p, &known))
+        first_step(p, &mut |p| self.residual_beside(x, p, &known))
     }
 
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {

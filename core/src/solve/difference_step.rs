@@ -23,7 +23,7 @@ pub fn derivative(
     p: f64,
     step: f64,
     change: f64,
-    at: impl Fn(f64) -> Result<DVector<f64>>,
+    at: &dyn Fn(f64) -> Result<DVector<f64>>,
 ) -> Result<DVector<f64>> {
     let over = |h: f64| match (at(p + h), at(p - h)) {
         (Ok(after), Ok(before)) => Ok((after - before) / (2.0 * h)),

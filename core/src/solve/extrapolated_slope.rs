@@ -48,14 +48,14 @@ impl Slope {
     ///
     /// # Errors
     /// Those of `f` at 0, or on both sides of 0.
-    pub fn at(first: f64, mut f: impl FnMut(f64) -> Result<DVector<f64>>) -> Result<Self> {
+    pub fn at(first: f64, f: &mut dyn FnMut(f64) -> Result<DVector<f64>>) -> Result<Self> {
         let mut step = first;
         let mut last = None;
         for _ in 0..CUTS {
             match (f(step), f(-step)) {
                 (Ok(above), Ok(below)) => {
                     let start = (above - below) / (2.0 * step);
-                    return Self::extrapolated(start, step, Sides::Both, &mut f);
+                    return Self::extrapolated(start, step, Sides::Both, f);
                 }
                 (above, below) => last = Some((above, below)),
             }
@@ -69,14 +69,14 @@ impl Slope {
         };
         let step = step / CUT;
         let start = (beside - f(0.0)?) / (sign * step);
-        Self::extrapolated(start, step, Sides::One(sign), &mut f)
+        Self::extrapolated(start, step, Sides::One(sign), f)
     }
 
     fn extrapolated(
         start: DVector<f64>,
         mut step: f64,
         sides: Sides,
-        f: &mut impl FnMut(f64) -> Result<DVector<f64>>,
+        f: &mut dyn FnMut(f64) -> Result<DVector<f64>>,
     ) -> Result<Self> {
         let power = if sides == Sides::Both { 2 } else { 1 };
         let here = match sides {
@@ -125,7 +125,7 @@ impl Slope {
 ///
 /// # Errors
 /// Those of `f` at the argument.
-pub fn first_step(at: f64, mut f: impl FnMut(f64) -> Result<DVector<f64>>) -> Result<f64> {
+pub fn first_step(at: f64, f: &mut dyn FnMut(f64) -> Result<DVector<f64>>) -> Result<f64> {
     let here = f(at)?;
     let mut step = if at == 0.0 { AT_ZERO } else { PART * at.abs() };
     let mut good = step;

@@ -183,7 +183,7 @@ impl Critical<'_> {
             let off = left.value.abs() / slope.value.norm().max(f64::MIN_POSITIVE);
             // The change of the solution may need a shorter step than that of the equations.
             let short = ALONG * (1.0 + x.norm()) / change.norm().max(f64::MIN_POSITIVE);
-            let determinant = Slope::at(step.min(short), |h| {
+            let determinant = Slope::at(step.min(short), &mut |h| {
                 let there = family.linearised(&(x + &change * h), at + h)?;
                 Ok(DVector::repeat(1, psi.dot(&(there.jacobian * &z))))
             })?;
@@ -197,7 +197,7 @@ impl Critical<'_> {
             ));
         }
         let (by_p, _) = rate(self.family, p)?;
-        let bend = Slope::at(ALONG * (1.0 + x.norm()), |h| {
+        let bend = Slope::at(ALONG * (1.0 + x.norm()), &mut |h| {
             let there = self.family.linearised(&(x + &z * h), p)?;
             Ok(DVector::repeat(1, psi.dot(&(there.jacobian * &z))))
         })?;

@@ -60,7 +60,7 @@ pub trait Family {
     /// # Errors
     /// As [`Family::linearised`].
     fn by_parameter(&self, x: &DVector<f64>, p: f64, step: f64) -> Result<Slope> {
-        Slope::at(step, |h| Ok(self.linearised(x, p + h)?.residual))
+        Slope::at(step, &mut |h| Ok(self.linearised(x, p + h)?.residual))
     }
 
     /// First step of the differences of [`Family::by_parameter`].
@@ -68,7 +68,7 @@ pub trait Family {
     /// # Errors
     /// As [`Family::linearised`].
     fn first_step(&self, x: &DVector<f64>, p: f64) -> Result<f64> {
-        first_step(p, |p| Ok(self.linearised(x, p)?.residual))
+        first_step(p, &mut |p| Ok(self.linearised(x, p)?.residual))
     }
 
     /// The Morse index of the solution (x, p), or None if the family has none. Evaluated once for each accepted

@@ -46,7 +46,7 @@ fn smooth(angle: &History) -> Result<History> {
 /// Frame of the clamp of a planar rod with this body at time `t`.
 pub(super) fn frame(body: &PointMass<2>, t: f64) -> Frame<3> {
     match body.support() {
-        Some(support) => support.at(t).in_space(),
+        Some(support) => support.in_space(t),
         None => Frame::standing(&Isometry3::identity()),
     }
 }
@@ -119,7 +119,7 @@ impl Scene {
     pub fn frozen_at_start(&self) -> Result<Self> {
         let plain = self.dimensionless()?;
         let frame = if self.is_planar() {
-            planar(&plain.clamp)?.map(|support| support.at(0.0).in_space())
+            planar(&plain.clamp)?.map(|support| support.in_space(0.0))
         } else {
             spatial(&plain.clamp)?.map(|support| support.at(0.0))
         };

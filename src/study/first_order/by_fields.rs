@@ -82,7 +82,7 @@ pub(in crate::study) fn by_field(
         let count = numbers(&layout).len();
         let v = &here.by.value;
         let short = CHANGE * (1.0 + here.x.norm()) / v.norm().max(f64::MIN_POSITIVE);
-        let slope = Slope::at(here.step.min(short), |h| {
+        let slope = Slope::at(here.step.min(short), &mut |h| {
             let there = differentiable(summary(&(&here.x + v * h), p + h)?);
             let all = numbers(&there);
             if all.len() == count {

@@ -203,7 +203,7 @@ fn station_compliance(scene: &Scene, found: &Equilibrium, place: f64) -> Result<
         let x = family.unknowns(&found.base, 0.0)?;
         let here = response(&family, &x, 0.0)?;
         let short = CHANGE * (1.0 + x.norm()) / here.by.value.norm().max(f64::MIN_POSITIVE);
-        let pose = Slope::at(here.step.min(short), |h| {
+        let pose = Slope::at(here.step.min(short), &mut |h| {
             let x = &here.x + &here.by.value * h;
             let at = &Spatial.sections(&with_load(h)?, &x, &[place])?[0];
             let turn: Matrix3<f64> = at.directors * turned.transpose();

@@ -11,7 +11,7 @@ use crate::manifold::EquilibriumManifold;
 use crate::motion::sensitivity::{
     BESIDE, Reached, Sensitivity, Tangent, TimedTangent, VariedBody, difference,
 };
-use crate::motion::{Event, Options, Phase, Run, Snap};
+use crate::motion::{Event, Options, Outcome, Phase, Snap, on_elastica};
 use crate::scene::{ElasticPlane, MotionModel, ScalarField, Scales, Scene, Setup};
 use crate::study::{Cell, Column, Table};
 use nalgebra::{SVector, Vector1, Vector2, Vector3};
@@ -127,7 +127,7 @@ impl Varied {
     }
 
     /// The start with its derivative per step.
-    fn start(&self) -> Tangent<2> {
+    fn start(&self) -> Tangent {
         let phase = |one: &Lowered| Phase {
             q: one.q,
             v: one.v,
@@ -149,7 +149,7 @@ impl Varied {
     }
 
     /// Derivative by the field of the state in the world, at a fixed time of the scene.
-    fn world(&self, state: &TimedTangent<2>) -> Result<[f64; 4]> {
+    fn world(&self, state: &TimedTangent) -> Result<[f64; 4]> {
         let time = state.at.t * self.here.scales.time;
         let later = self.rate(|one| time / one.scales.time);
         let by = state.by.moved(later, &state.rate);
@@ -244,12 +244,12 @@ fn check(scene: &Scene) -> Result<()> {
 
 /// The snaps of the run.
 fn snaps(lowered: &Lowered, options: Options) -> Result<Vec<Snap>> {
-    let run = Run::new(&Elastica, &lowered.body, lowered.q, lowered.v, options)?;
+    let mut run = on_elastica(&lowered.body, Some(lowered.q), lowered.v, None, options)?;
     let mut snaps = Vec::new();
-    for event in run {
+    while let Some(event) = run.advance() {
         match event {
             Event::Snap(snap) => snaps.push(snap),
-            Event::Stop(outcome) if !matches!(outcome, crate::motion::Outcome::EndOfTime) => {
+            Event::Stop(outcome) if !matches!(outcome, Outcome::EndOfTime) => {
                 return Err(Error::domain(format!(
                     "a run that ends early has no derivatives: {outcome}"
                 )));
@@ -273,7 +273,7 @@ fn by_field(
         step: 1.0,
     };
     let tolerance = options.tolerance.min(TOLERANCE);
-    let mut motion = Sensitivity::new(&Elastica, &bodies, varied.start(), tolerance)?;
+    let mut motion = Sensitivity::new(&bodies, varied.start(), tolerance)?;
     let (mut left, mut passed) = (snaps.iter(), Vec::new());
     let mut samples = Vec::with_capacity(times.len());
     for time in times {
@@ -303,8 +303,8 @@ fn by_field(
 /// Goes through a snap; the derivatives of its time, place and energy.
 fn at_snap(
     varied: &Varied,
-    motion: &mut Sensitivity<'_, Elastica, 2>,
-    fold: &Tangent<2>,
+    motion: &mut Sensitivity<'_>,
+    fold: &Tangent,
     snap: &Snap,
 ) -> Result<SnapDerivative> {
     let outside = || Error::domain("a snap outside of the chart");

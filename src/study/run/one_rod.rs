@@ -12,7 +12,8 @@ use crate::elastica::Elastica;
 use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, join};
 use crate::motion::{
-    Bounce, LightReference, MasslessRod, SectionState, Snap, State, curve_outward, outward,
+    Bounce, EndInWorld, LightReference, MasslessRod, SectionState, Snap, State, curve_outward,
+    outward,
 };
 use crate::scene::{Joint, Scene, Setup};
 use crate::study::Solid;
@@ -169,33 +170,24 @@ impl RunModel for OneRod {
     }
 
     fn bodies(&self, state: &dyn State) -> Vec<BodyMoment> {
-        let (k, pose) = (&self.setup.scales, state.pose());
+        let k = &self.setup.scales;
         let clamp = self.setup.model.clamp(state.time());
-        let (frame, end) = (clamp.of_poses(), pose.translation.vector);
-        let lever = join(&Vector3::zeros(), &end);
-        let own = state.twist();
-        let spin = halves(&frame.absolute_velocity(&lever, &own)).0;
-        // The angular velocity of an end may be infinite and is then left out; its velocity is known nevertheless.
-        let straight = join(&Vector3::zeros(), &halves(&own).1);
-        let velocity = halves(&frame.absolute_velocity(&lever, &straight)).1;
-        let (couple, force) = halves(&frame.outward(&state.action()));
+        let end = EndInWorld::new(&clamp, state);
         let groove = state.groove_forces().into_iter().next().flatten();
-        let turned = |force: Vector3<f64>| {
-            let force = halves(&frame.outward(&join(&Vector3::zeros(), &force))).1;
-            k.outward(Quantity::Force, force)
-        };
+        let turned = |force: Vector3<f64>| k.outward(Quantity::Force, clamp.outward(&force));
         let end = BodyMoment {
-            pose: outward(&clamp.pose(), k.length, &pose),
-            velocity: k.outward(Quantity::Velocity, velocity),
-            angular_velocity: k.outward(Quantity::AngularVelocity, spin),
+            pose: outward(&Isometry3::identity(), k.length, &end.pose),
+            velocity: k.outward(Quantity::Velocity, end.velocity),
+            // The angular velocity of an end may be infinite and is then left out.
+            angular_velocity: k.outward(Quantity::AngularVelocity, end.spin),
             action: Some(EndAction {
-                force: k.outward(Quantity::Force, force),
-                couple: k.outward(Quantity::Couple, couple),
+                force: k.outward(Quantity::Force, end.force),
+                couple: k.outward(Quantity::Couple, end.couple),
             }),
             groove: groove.map(turned),
         };
         let base = state.bodies().first().filter(|_| self.free).map(|base| {
-            let (spin, velocity) = halves(&frame.outward(&base.twist));
+            let (spin, velocity) = halves(&clamp.of_poses().outward(&base.twist));
             BodyMoment {
                 pose: outward(&clamp.pose(), k.length, &base.pose),
                 velocity: k.outward(Quantity::Velocity, velocity),

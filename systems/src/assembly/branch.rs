@@ -333,14 +333,14 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
             .frame
             .jacobian(&assembly, plain.as_slice(), &now.bodies, &points);
         if let Some(phase) = &self.phase {
-            assembly.hold_phase(&plain, &now, phase, &mut residual, &mut jacobian);
+            assembly.hold_phase(&plain, &now, &points, phase, &mut residual, &mut jacobian);
         }
         if self.logarithmic {
             for i in self.first_of_charts()..self.size {
                 jacobian.column_mut(i).scale_mut((x[i] / SLACK).cosh());
             }
         }
-        let slope = derivative(p, self.step, CHANGE, |p| self.residual(x, p, &points))?;
+        let slope = derivative(p, self.step, CHANGE, &|p| self.residual(x, p, &points))?;
         Ok(Linearised {
             residual,
             jacobian,
@@ -350,12 +350,12 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
 
     fn by_parameter(&self, x: &DVector<f64>, p: f64, step: f64) -> Result<Slope> {
         let known = self.points(x, p)?;
-        Slope::at(step, |h| self.residual(x, p + h, &known))
+        Slope::at(step, &mut |h| self.residual(x, p + h, &known))
     }
 
     fn first_step(&self, x: &DVector<f64>, p: f64) -> Result<f64> {
         let known = self.points(x, p)?;
-        first_step(p, |p| self.residual(x, p, &known))
+        first_step(p, &mut |p| self.residual(x, p, &known))
     }
 
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {

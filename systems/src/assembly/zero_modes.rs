@@ -14,6 +14,12 @@
 //! ```text
 //! l_gap = -(J_gap,chart)^-T (J_balance,chart)^T l_balance.
 //! ```
+//! A rod that spins while its ends rest, as between coaxial clamps of the ground, has a singular block G of J_gap,chart.
+//! Two changes of its chart keep the symplectic form of its end, (rotation, position)_1.(couple, force)_2 - (..)_2.(..)_1,
+//! at the value 0 of its clamped base. A spin z moves the end nowhere. The change (m'(1), n') of the end's wrench by z is
+//! therefore at right angles to all displacements of the end: that is the null vector u of G^T. G + u z^T takes the
+//! place of G, and u is added to l.
+//!
 //! Along a branch each zero mode keeps its phase: t.(x - x_0) = 0, with x_0 and t = z of the equilibrium at the start.
 //! This times l is added to the equations. J + l t^T is singular at true folds and branch points alone.
 
@@ -24,7 +30,7 @@ use super::network::Assembly;
 use super::rod_element::LinkPoint;
 use crate::error::Result;
 use crate::math::se3::{halves, join, left_jacobian};
-use nalgebra::{DMatrix, DVector, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector3, Vector6};
 
 /// A motion c costs nothing if the norm of J T c is at most this part of the norm of J.
 const NEUTRAL: f64 = 1e-9;
@@ -94,6 +100,15 @@ impl Candidates {
             bodies,
             spins,
         }
+    }
+
+    /// The spin of rod `k`, of length 1 in its chart, if its ends stay where they are up to `apart`; `gap` is the
+    /// derivative of the gap of the rod by its chart.
+    fn spin_alone(&self, k: usize, gap: &Matrix6<f64>, apart: f64) -> Option<Vector6<f64>> {
+        let number = self.spins.iter().position(|(rod, _)| *rod == k)?;
+        let column = self.columns.column(self.bodies + number);
+        let spin = column.fixed_rows::<6>(self.bodies + 6 * k).into_owned();
+        ((gap * spin).norm() <= apart).then_some(spin)
     }
 
     /// Combinations of candidates that cost nothing, as orthonormal columns. Off equilibrium J T c is as large as the
@@ -318,6 +333,7 @@ impl Assembly {
         &self,
         x: &DVector<f64>,
         now: &Configuration,
+        points: &[LinkPoint],
         phase: &FreePhase,
         residual: &mut DVector<f64>,
         jacobian: &mut DMatrix<f64>,
@@ -325,7 +341,7 @@ impl Assembly {
         let candidates = Candidates::new(self, now);
         let free = &candidates.columns * candidates.neutral(jacobian, phase.along.ncols());
         let (bodies, size) = (candidates.bodies, jacobian.nrows());
-        if free.ncols() == 0 || bodies == 0 {
+        if free.ncols() == 0 {
             return;
         }
         // The present zero modes that continue the zero modes at the start of the branch.
@@ -340,14 +356,27 @@ impl Assembly {
                 against.rows_mut(*start, 3).copy_from(&turned);
             }
         }
-        let rods = size - bodies;
-        let by_charts = jacobian.view((0, bodies), (bodies, rods));
-        let driven = by_charts.tr_mul(&against.rows(0, bodies));
-        let gaps = jacobian.view((bodies, bodies), (rods, rods)).transpose();
-        let Some(follow) = gaps.lu().solve(&-driven) else {
-            return;
-        };
-        against.rows_mut(bodies, rods).copy_from(&follow);
+        let mut still = DMatrix::zeros(size, free.ncols());
+        for (k, link) in self.links().iter().enumerate() {
+            let first = bodies + 6 * k;
+            let by_chart = jacobian.view((0, first), (bodies, 6));
+            let driven = -by_chart.tr_mul(&against.rows(0, bodies));
+            let mut gap: Matrix6<f64> = jacobian.fixed_view::<6, 6>(first, first).into_owned();
+            if let Some(spin) = candidates.spin_alone(k, &gap, NEARLY * jacobian.norm()) {
+                let end = &points[k].end;
+                let (force, couple) = halves(&(end.resultants.fixed_rows::<6>(3) * spin));
+                let scale = link.gap_scale(end).diagonal();
+                let held = join(&couple, &force).component_div(&scale).normalize();
+                gap += held * spin.transpose();
+                let held = held * (spin.transpose() * free.fixed_rows::<6>(first));
+                still.rows_mut(first, 6).copy_from(&held);
+            }
+            let Some(follow) = gap.transpose().lu().solve(&driven) else {
+                return;
+            };
+            against.rows_mut(first, 6).copy_from(&follow);
+        }
+        against += still;
         let scale = jacobian.norm() / (size as f64).sqrt() / against.norm();
         if scale.is_finite() {
             against *= scale;
