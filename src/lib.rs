@@ -125,7 +125,7 @@
 //! | [`full_mass`] | rods of full mass: kinematics, balance, equilibria, vibrations |
 //! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
 //! | [`ring`], [`tube`] | sections of tubes under pressure: buckling, contact, wall laws |
-//! | [`membrane`] | inflated spheres and discs, gas, a piston |
+//! | [`membrane`] | inflated spheres and discs at rest and in motion, gas, a piston |
 //! | [`motion`] | runs: motion on a sheet, snaps, ledger; viscoelastic motion; exact reductions |
 //! | `scene` | scenes in TOML (feature `scene`) |
 //! | `study` | the program's commands as functions: scene in, records out (feature `scene`) |

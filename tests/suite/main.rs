@@ -136,6 +136,7 @@ mod loads;
 mod mass_motions;
 #[cfg(feature = "scene")]
 mod mass_numbers_space;
+mod membrane_motion;
 mod membranes;
 mod memory;
 mod memory_kernel;

@@ -9,14 +9,14 @@ use snaprod::membrane::sphere::{dynamic_snap, step_response};
 use snaprod::membrane::{Inflated, Rubber, Shape};
 use std::f64::consts::PI;
 
-fn data(name: &str) -> Value {
+pub fn data(name: &str) -> Value {
     let path = format!("{}/tests/data/tube/{name}.json", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).expect("a file")).expect("JSON")
 }
 
 /// A number of the data, written as a number or as text.
 #[track_caller]
-fn number(value: &Value) -> f64 {
+pub fn number(value: &Value) -> f64 {
     value
         .as_f64()
         .or_else(|| value.as_str()?.parse().ok())
@@ -25,7 +25,7 @@ fn number(value: &Value) -> f64 {
 
 /// Asserts that a number agrees with the reference, relatively and by sign; NaN fails.
 #[track_caller]
-fn close(name: &str, found: f64, reference: f64, tolerance: f64) {
+pub fn close(name: &str, found: f64, reference: f64, tolerance: f64) {
     let off = (found - reference).abs() / reference.abs().max(1e-300);
     assert!(
         off <= tolerance,
@@ -34,7 +34,7 @@ fn close(name: &str, found: f64, reference: f64, tolerance: f64) {
 }
 
 /// A membrane of radius and thickness 1 of Mooney's material with C1 = 1, C2 = a.
-fn unit(shape: Shape, a: f64) -> Inflated {
+pub fn unit(shape: Shape, a: f64) -> Inflated {
     Inflated::new(shape, Rubber::mooney(1.0, a).expect("rubber"), 1.0, 1.0).expect("a membrane")
 }
 

@@ -13,9 +13,11 @@
 //! # Ok::<(), snaprod_core::Error>(())
 //! ```
 
+pub mod breathing;
 mod disc;
 pub mod gas;
 pub mod piston;
+pub mod rings;
 mod rubber;
 pub mod sphere;
 
