@@ -158,7 +158,7 @@ pub fn curve_outward(clamp: &Isometry3<f64>, length: f64, curve: &mut RodCurve) 
 pub struct EndInWorld {
     /// Pose.
     pub pose: Isometry3<f64>,
-    /// Angular velocity, which may be infinite or NaN at an end that turns freely.
+    /// Angular velocity; infinite or NaN at some ends that turn freely.
     pub spin: Vector3<f64>,
     /// Velocity, finite also where the angular velocity is not.
     pub velocity: Vector3<f64>,

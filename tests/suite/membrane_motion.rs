@@ -10,7 +10,8 @@ use snaprod::membrane::sphere::{dynamic_snap, step_response};
 use snaprod::membrane::{Inflated, Rubber, Shape};
 use std::f64::consts::PI;
 
-/// The disc of the thesis in inches, psi and seconds, in 40 rings: 1.65 psi after a ramp of 2 ms, the pressure `after` from 4 ms on.
+/// The disc of the thesis in inches, psi and seconds, in 40 rings. The pressure is 1.65 psi after a ramp of 2 ms, and
+/// `after` from 4 ms on.
 fn disc_of_the_thesis(
     after: impl Fn(f64) -> f64 + Send + Sync + 'static,
     breaks: Vec<f64>,
@@ -23,7 +24,7 @@ fn disc_of_the_thesis(
             t if t < 4e-3 => 1.65,
             t => after(t),
         };
-        // Neither its first nor its second derivative is asked for.
+        // The motion asks for no derivative of the pressure.
         [p, f64::NAN, f64::NAN]
     };
     DiscMotion::new(disc, 1e-4, 40, History::custom(pressure, breaks)).expect("a motion")
@@ -152,7 +153,7 @@ fn a_sphere_bursts_above_its_dynamic_snap() {
     assert!(matches!(end, Err(SphereEnd::Burst(_))), "{end:?}");
 }
 
-/// Catches a step that straddles a jump of the pressure, and a compression that is not told.
+/// Catches a step across a jump of the pressure, and a silent compression.
 #[test]
 fn a_sphere_whose_pressure_ceases() {
     let off = |t: f64| [if t < 0.7 { 2.0 } else { 0.0 }, f64::NAN, f64::NAN];

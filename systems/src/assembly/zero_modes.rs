@@ -14,10 +14,14 @@
 //! ```text
 //! l_gap = -(J_gap,chart)^-T (J_balance,chart)^T l_balance.
 //! ```
-//! A rod that spins while its ends rest, as between coaxial clamps of the ground, has a singular block G of J_gap,chart.
-//! Two changes of its chart keep the symplectic form of its end, (rotation, position)_1.(couple, force)_2 - (..)_2.(..)_1,
-//! at the value 0 of its clamped base. A spin z moves the end nowhere. The change (m'(1), n') of the end's wrench by z is
-//! therefore at right angles to all displacements of the end: that is the null vector u of G^T. G + u z^T takes the
+//! A rod may spin while its ends rest, as between coaxial clamps of the ground. Its block G of J_gap,chart is then
+//! singular.
+//! Two changes of the chart keep the symplectic form of the end of the rod,
+//! ```text
+//! (rotation, position)_1.(couple, force)_2 - (rotation, position)_2.(couple, force)_1 = 0,
+//! ```
+//! because the base is clamped. A spin z moves the end nowhere. The change (m'(1), n') of the wrench at the end by z is
+//! therefore at right angles to all displacements of the end. This is the null vector u of G^T. G + u z^T takes the
 //! place of G, and u is added to l.
 //!
 //! Along a branch each zero mode keeps its phase: t.(x - x_0) = 0, with x_0 and t = z of the equilibrium at the start.

@@ -6,7 +6,7 @@
 //! ```text
 //! m x'' = -d(sum v W(l1, l2))/dx + p(t) dV/dx,   V = sum (pi/3)(r0^2 + r0 r1 + r1^2)(z0 - z1),
 //! ```
-//! so that the pressure follows the surface, and d(kinetic + stored) = p dV up to the error of the steps. Each mass m
+//! The pressure thus follows the surface, and d(kinetic + stored) = p dV up to the error of the steps. Each mass m
 //! is the row sum of the mass matrix of linear elements. The steps are central differences in the velocity form, (6.41)
 //! of the thesis named in docs/tubes.md.
 
@@ -42,7 +42,7 @@ impl fmt::Display for Direction {
     }
 }
 
-/// A ring and a direction in which something happened to it.
+/// An event of a ring in one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RingEvent {
     /// Time.
@@ -53,10 +53,10 @@ pub struct RingEvent {
     pub direction: Direction,
 }
 
-/// A ring that collapsed, which ends the motion.
+/// The collapse of a ring: the end of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collapse {
-    /// Where and when.
+    /// Place and time.
     pub at: RingEvent,
     /// Stretch in the direction; NaN where the numbers overflowed.
     pub stretch: f64,
@@ -127,7 +127,7 @@ pub struct DiscMotion {
     wrinkle: Option<RingEvent>,
 }
 
-/// What the places of the rims determine.
+/// Quantities of the disc at the places of its rims.
 #[derive(Debug, Clone, Copy, Default)]
 struct Shaped {
     stored: f64,
@@ -136,7 +136,7 @@ struct Shaped {
     stiffest: f64,
     /// The first ring under compression, from the pole.
     pressed: Option<(usize, Direction)>,
-    /// The first ring that has collapsed, with its stretch.
+    /// The first collapsed ring and its stretch.
     collapsed: Option<(usize, Direction, f64)>,
 }
 
@@ -263,7 +263,7 @@ impl DiscMotion {
         let jump = self.pressure.next_break(self.time);
         let stop = end.min(jump);
         let left = stop - self.time;
-        // The last two steps share what is left, so that none is tiny.
+        // The last two steps share the time left: neither is tiny.
         let step = if left <= longest {
             left
         } else {
@@ -365,8 +365,8 @@ impl DiscMotion {
         self.pressure.at(self.time)
     }
 
-    /// The first compression of a ring. A sheet without bending stiffness wrinkles there; the rings bear the compression
-    /// from then on, which a real sheet does not.
+    /// The first compression of a ring. A sheet without bending stiffness wrinkles there. The rings bear the
+    /// compression from then on; a real sheet does not.
     pub fn wrinkle(&self) -> Option<RingEvent> {
         self.wrinkle
     }
