@@ -24,6 +24,8 @@ pub struct Energies {
     pub elastic: Vec<f64>,
     /// Potential energy of the loads.
     pub potential: Vec<f64>,
+    /// Name of the potential energy in the legend; if empty "potential".
+    pub potential_name: String,
     /// Energy lost in snaps and to friction so far.
     pub dissipated: Vec<f64>,
     /// Work of the driven clamp and of time-dependent loads so far.
@@ -52,10 +54,14 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
         .ok_or_else(|| Error::domain("figure of energies: no span of time"))?;
     let change = largest_change(data);
     let [elastic, potential] = [&data.elastic, &data.potential].map(|term| base(term, change));
+    let potential_name = match data.potential_name.as_str() {
+        "" => "potential",
+        given => given,
+    };
     let all = [
         ("kinetic", &data.kinetic, 0.0),
         ("elastic", &data.elastic, elastic),
-        ("potential", &data.potential, potential),
+        (potential_name, &data.potential, potential),
         ("dissipated", &data.dissipated, 0.0),
         ("work", &data.work, 0.0),
         ("kinetic of the rod", &data.rod_kinetic, 0.0),

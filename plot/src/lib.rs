@@ -18,6 +18,7 @@
 //! | [`energy_landscape`] | the elastic energy over the disc |
 //! | [`lines`] | any curves, linear or logarithmic; orders of convergence with reference slopes |
 //! | [`small_multiples`] | curves in panels beside each other, over common axes |
+//! | [`stacked`] | curves in panels one over another, over one x axis |
 //! | [`branch_diagram`] | branches of equilibria over a parameter, their stability, special points |
 //! | [`rod_shapes`] | rods in space, in perspective |
 //! | [`strain_map`] | strain and dissipation of a viscous rod over time and arclength |
@@ -93,7 +94,7 @@ pub use formats::{gif, png};
 pub use heat::{StrainMap, strain_map};
 pub use kernel::{KernelCurve, KernelFigure, kernel};
 pub use layer::{LayerFigure, LayerRun, layer};
-pub use lines::{Lines, lines, small_multiples};
+pub use lines::{Lines, lines, small_multiples, stacked};
 pub use losses::{
     LossGroup, LossesOverTime, SnapLosses, dissipated_against_released, losses_over_time,
 };

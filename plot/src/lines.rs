@@ -2,9 +2,10 @@
 
 use super::axes::Axis;
 use super::data::{Series, as_many};
+use super::energies::{SNAP, snap_lines};
 use super::geometry::Pixel;
-use super::legend::{Entry, PlottedCurve, named};
-use super::page::{Height, Page, PageBlock, Width};
+use super::legend::{Entry, Key, PlottedCurve, named};
+use super::page::{Height, Page, PageBlock, WIDTH, Width};
 use super::paper::Paper;
 use super::slopes::{self, Slope};
 use snaprod_core::error::{Error, Result};
@@ -86,6 +87,39 @@ pub fn small_multiples(title: &str, panels: &[Lines], paper: &Paper) -> Result<S
         page = page.column(Width::Panels(225.0), blocks.collect());
     }
     page.draw(paper)
+}
+
+/// Draws panels one over another as SVG, each with its own y axis, over one x axis that holds the points of all. The
+/// x axis is that of the first panel. Curves have their colours from their place in the whole figure. Titles, slopes
+/// and `equal` of the panels are ignored. `marks` are places on the x axis, with a vertical line each; `mark` is their
+/// name in the legend.
+///
+/// Fails as [`lines`] does, and if there is no panel.
+pub fn stacked(
+    title: &str,
+    panels: &[Lines],
+    (marks, mark): (&[f64], &str),
+    paper: &Paper,
+) -> Result<String> {
+    panels.iter().try_for_each(Lines::check)?;
+    let [x, _] = axes(panels, 6)?;
+    let mut legend: Vec<Entry> = Vec::new();
+    let mut blocks = Vec::new();
+    let mut drawn = 0;
+    for panel in panels {
+        let [_, y] = axes(std::slice::from_ref(panel), 5)?;
+        let series = panel.series.iter().enumerate();
+        let curves: Vec<PlottedCurve> = series.map(|(i, s)| s.drawn(drawn + i, 1.5)).collect();
+        drawn += curves.len();
+        legend.extend(named(&curves));
+        let block = PageBlock::plane(x.clone(), y, Height::Pixels(150.0), curves);
+        blocks.push(block.under(move |canvas, panel| snap_lines(canvas, panel, marks)));
+    }
+    if !marks.is_empty() {
+        legend.push(Entry::new(Key::Line(SNAP), mark));
+    }
+    let page = Page::new("Curves", title, vec![legend]);
+    page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
 impl Lines {

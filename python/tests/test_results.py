@@ -314,6 +314,36 @@ except KeyboardInterrupt:
     assert ran.stdout == "heard\n", ran.stderr
 
 
+def test_membranes_move_as_in_the_program(scenes: Path):
+    """Catches tables, events and summaries of membranes that are lost on the way to Python, and figures without them."""
+    balloon = snaprod.run(scenes / "balloon_step.toml", loads__pressure=3.0, run__duration=11.0)
+    # Amplitude and period of the sphere with C2/C1 = 0.0625 under the step 3, from a reference with 30 digits.
+    assert balloon.outcome == "end_of_time"
+    assert abs(balloon.summary["max_height"]["value"] - 13.673371578) < 1e-8
+    assert abs(balloon.summary["oscillation"]["period"] - 5.17757813505) < 1e-8
+    assert {event["kind"] for event in balloon.events} == {"fold"}
+    data = balloon.data
+    total = data["kinetic"] + data["elastic"] + data["gas"] + data["dissipated"] - data["work"]
+    np.testing.assert_allclose(total, data["error"], atol=1e-12 * data["work"].max())
+    # The work of a constant pressure is that on the volume.
+    np.testing.assert_allclose(data["work"], 3.0 * (data["volume"] - data["volume"][0]), rtol=1e-9, atol=1e-9)
+    disc = snaprod.run(scenes / "disc_in_motion.toml", membrane__elements=10, run__duration=4e-3, run__samples=5)
+    fields = disc.tables["fields"]
+    poles = fields["z"][fields["s"] == 0.0]
+    np.testing.assert_array_equal(poles, disc["height"])
+    assert disc.plot().get_ylabel() == "height" and len(balloon.plot_energy().lines) == 3
+    piston = {
+        "membrane": {"shape": "sphere", "radius": 1.0, "thickness": 1.0, "law": {"mooney": [1.0, 0.0625]}},
+        "gas": {"contents": 854.513, "volume": 251.327, "outside": 0.5},
+        "body": {"mass": 3.0, "area": 1.0},
+        "start": {"stretch": 1.4, "velocity": 4.0},
+        "run": {"duration": 1.0},
+    }
+    assert [event["kind"] for event in snaprod.run(piston).events] == ["snap"]
+    with pytest.raises(snaprod.SceneError, match="membrane.density"):
+        snaprod.run({key: value for key, value in piston.items() if key not in ("body", "start")})
+
+
 def test_every_result_is_drawn(snap, scenes: Path):
     """Catches a figure without its curves, and one that a notebook does not show."""
     run = snaprod.run(snap)

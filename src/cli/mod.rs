@@ -14,6 +14,7 @@ mod first_order;
 mod fit;
 mod flow;
 mod folds;
+mod inflation;
 mod memory;
 mod modes;
 mod new;

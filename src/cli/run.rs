@@ -8,7 +8,7 @@ use super::output::{Output, OutputArgs};
 use super::progress::Progress;
 use super::run_figures::{RunFigure, moves, run_figures};
 use super::run_film::FilmFormat;
-use super::{Ending, Refusal, bar, check, flow, run_film, run_page, run_text, signals};
+use super::{Ending, Refusal, bar, check, flow, inflation, run_film, run_page, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
 use snaprod::study::dispatch::{PreparedScene, SceneRun};
@@ -95,6 +95,7 @@ pub const FILES: &[&str] = &[
     "fields.npz",
     "area.*",
     "cycle.*",
+    "height.*",
     "run.html",
     "run.vtkhdf",
     "run.glb",
@@ -110,6 +111,9 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     }
     if scene.flow().is_some() {
         flow::refuse_options(args)?;
+    }
+    if scene.inflation().is_some() {
+        inflation::refuse_options(args)?;
     }
     let no_start = |e: snaprod::Error| check::no_start(&args.scene.path, &e);
     if let Some(file) = &args.film {
@@ -196,6 +200,7 @@ fn draw(args: &RunArgs, out: &Output, run: &SceneRun) {
         SceneRun::Rods(prepared, record) => (*prepared, record),
         SceneRun::Bar(record) => return bar::draw(out, record),
         SceneRun::Flow(record) => return flow::draw(out, record),
+        SceneRun::Inflation(record) => return inflation::draw(out, record),
     };
     write_shapes(args, out, prepared, record);
     if out.draws() {
@@ -226,6 +231,7 @@ fn text(run: &SceneRun, directory: Option<&Path>) -> String {
         SceneRun::Rods(_, record) => run_text::text(record, directory),
         SceneRun::Bar(record) => bar::text(record, directory),
         SceneRun::Flow(record) => flow::text(record, directory),
+        SceneRun::Inflation(record) => inflation::text(record, directory),
     }
 }
 

@@ -49,7 +49,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// A name that is none of a body; a body without mass; a scene of statics; a bar, a flow or a wall.
+    /// A name that is none of a body; a body without mass; a scene of statics; a bar, a flow, a wall or a membrane.
     pub fn act(&mut self, body: &str, load: LoadFunction) -> Result<()> {
         let number = self.loaded(body)?;
         match (&mut self.kind, number) {
@@ -143,8 +143,11 @@ impl Scene {
             SceneKind::Rod => format!(
                 "{body:?} is none of the bodies of the scene: one rod has one body, without a name"
             ),
-            SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Wall(_) => {
-                "a bar, a flow or a wall has no body on which a function or a push could act"
+            SceneKind::Bar(_)
+            | SceneKind::Flow(_)
+            | SceneKind::Inflation(_)
+            | SceneKind::Wall(_) => {
+                "a bar, a flow, a wall or a membrane has no body on which a function or a push could act"
                     .to_owned()
             }
         }))

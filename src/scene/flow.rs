@@ -268,7 +268,7 @@ impl FlowScene {
 }
 
 /// A constant as a number, another history as a table.
-fn number_or(history: &History) -> Value {
+pub(super) fn number_or(history: &History) -> Value {
     match history {
         History::Constant(value) => json!(value),
         other => json!(other),

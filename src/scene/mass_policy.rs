@@ -155,7 +155,11 @@ impl Scene {
             }
         };
         match &mut self.kind {
-            SceneKind::Rod | SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Wall(_) => {
+            SceneKind::Rod
+            | SceneKind::Bar(_)
+            | SceneKind::Flow(_)
+            | SceneKind::Inflation(_)
+            | SceneKind::Wall(_) => {
                 choose(&mut self.rod, rods.contains(&0))
             }
             SceneKind::Assembly(given) => {

@@ -64,6 +64,7 @@ mod ends;
 mod fault;
 mod flow;
 mod groove;
+mod inflation;
 mod joint;
 mod loads;
 mod lower;
@@ -106,6 +107,7 @@ pub use flow::{
     FlowEndScene, FlowMedium, FlowScene, FlowStart, Lumped, OutsidePressure, TubeFlow, WallFriction,
 };
 pub use groove::{Groove, GrooveCircle, GrooveLine};
+pub use inflation::{InflationScene, InflationStart, Mover, PistonScale, PistonScene, PistonStart};
 pub use joint::{SiteJoint, SlideAxis, TurnAxis};
 pub use loads::{Force, Load, LoadAlong, Loads};
 pub use lower::{
@@ -219,7 +221,9 @@ pub enum SceneKind {
     Bar(BarScene),
     /// A flow in a tube, `[tube]` with `[run]`. Of the other fields only the units are used.
     Flow(FlowScene),
-    /// A wall under pressure, `[tube]` or `[membrane]`. Of the other fields only the units are used.
+    /// A membrane in motion, `[membrane]` with `[run]`. Of the other fields only the units are used.
+    Inflation(InflationScene),
+    /// A wall under pressure at rest, `[tube]` or `[membrane]`. Of the other fields only the units are used.
     Wall(WallScene),
 }
 
@@ -393,9 +397,17 @@ impl Scene {
         }
     }
 
-    /// True for a medium in motion, a bar or a flow: it has a run of its own, and is always a motion.
+    /// Data of a membrane in motion; `None` for scenes of another kind.
+    pub fn inflation(&self) -> Option<&InflationScene> {
+        match &self.kind {
+            SceneKind::Inflation(inflation) => Some(inflation),
+            _ => None,
+        }
+    }
+
+    /// True for a medium in motion, a bar, a flow or a membrane: it has a run of its own, and is always a motion.
     pub fn is_medium(&self) -> bool {
-        self.is_bar() || self.flow().is_some()
+        self.is_bar() || self.flow().is_some() || self.inflation().is_some()
     }
 
     /// True for several rods and bodies.
@@ -429,6 +441,7 @@ impl Scene {
             ),
             SceneKind::Bar(_) => of_a_bar(),
             SceneKind::Flow(_) => of_a_flow(),
+            SceneKind::Inflation(_) => of_an_inflation(),
             SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => several(),
             SceneKind::Rod => at_rest(),
@@ -459,6 +472,7 @@ impl Scene {
         self.run.as_ref().ok_or_else(|| match self.kind {
             SceneKind::Bar(_) => of_a_bar(),
             SceneKind::Flow(_) => of_a_flow(),
+            SceneKind::Inflation(_) => of_an_inflation(),
             SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => Error::domain(
                 "this assembly has no [run]: use `snaprod equilibrium`, or add [run] with `duration = 3.0`",
@@ -475,6 +489,7 @@ impl Scene {
         self.end.as_ref().ok_or_else(|| match self.kind {
             SceneKind::Bar(_) => of_a_bar(),
             SceneKind::Flow(_) => of_a_flow(),
+            SceneKind::Inflation(_) => of_an_inflation(),
             SceneKind::Wall(_) => of_a_wall(),
             SceneKind::Assembly(_) => several(),
             SceneKind::Rod => Error::domain(
@@ -492,6 +507,12 @@ fn of_a_wall() -> Error {
 
 fn of_a_flow() -> Error {
     Error::domain("this is a flow in a tube, [tube] with [run]: use `snaprod run`")
+}
+
+fn of_an_inflation() -> Error {
+    Error::domain(
+        "this is a membrane in motion, [membrane] with [run]: use `snaprod run`; without [run], [body] and density it is at rest",
+    )
 }
 
 fn of_a_bar() -> Error {

@@ -1,7 +1,7 @@
 //! Serialisation of a resolved scene, restricted to the fields of its kind.
 
 use super::read::fields_of;
-use super::{BarScene, FlowScene, Rod, Scene, WallScene};
+use super::{BarScene, FlowScene, InflationScene, Rod, Scene, WallScene};
 use serde::Serialize;
 use serde::ser::{Error, Serializer};
 use serde_json::Value;
@@ -11,6 +11,7 @@ impl Serialize for Scene {
         let apart =
             (self.bar().map(BarScene::tables)).or_else(|| self.wall().map(WallScene::tables));
         let apart = apart.or_else(|| self.flow().map(FlowScene::tables));
+        let apart = apart.or_else(|| self.inflation().map(InflationScene::tables));
         if let Some(mut tables) = apart {
             let units = serde_json::to_value(self.units).map_err(S::Error::custom)?;
             tables.insert("units".to_owned(), units);

@@ -73,7 +73,10 @@ impl Scene {
         let mut all = Registry::default();
         let loads = &mut self.loads;
         match &mut self.kind {
-            SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Wall(_) => {}
+            SceneKind::Bar(_)
+            | SceneKind::Flow(_)
+            | SceneKind::Inflation(_)
+            | SceneKind::Wall(_) => {}
             SceneKind::Assembly(assembly) => {
                 all.vary(&GRAVITY, each(&mut loads.gravity));
                 all.assembly(assembly);

@@ -1,12 +1,15 @@
-//! Studies for a scene of any kind: rods, a bar, a flow or a wall under pressure.
+//! Studies for a scene of any kind: rods, a bar, a flow, a membrane in motion or a wall at rest.
 
 use super::neglected_mass::MassEffect;
 use super::run::{Fields, Prepared, RunRecord, RunStart, Shapes};
-use super::{FirstOrder, Hooks, Sink, Table, assembly, bar, equilibrium, flow, run, wall};
+use super::{
+    FirstOrder, Hooks, Sink, Table, assembly, bar, equilibrium, flow, inflation, run, wall,
+};
 use crate::error::{Error, Result};
 use crate::scene::{Scene, SceneKind};
 use bar::{BarPrepared, BarRecord};
 use flow::{FlowPrepared, FlowRecord};
+use inflation::{InflationPrepared, InflationRecord};
 use serde_json::Value;
 
 /// A scene of motion of any kind, ready to run.
@@ -17,6 +20,8 @@ pub enum PreparedScene {
     Bar(Box<BarPrepared>),
     /// A flow in a tube.
     Flow(Box<FlowPrepared>),
+    /// A membrane in motion.
+    Inflation(Box<InflationPrepared>),
 }
 
 /// A scene of any kind at its start.
@@ -27,6 +32,8 @@ pub enum SceneStart<'p> {
     Bar(&'p BarPrepared),
     /// A flow in a tube.
     Flow(&'p FlowPrepared),
+    /// A membrane in motion.
+    Inflation(&'p InflationPrepared),
 }
 
 /// A completed run of a scene of any kind.
@@ -37,6 +44,8 @@ pub enum SceneRun<'p> {
     Bar(Box<BarRecord>),
     /// A flow in a tube.
     Flow(Box<FlowRecord>),
+    /// A membrane in motion.
+    Inflation(Box<InflationRecord>),
 }
 
 impl PreparedScene {
@@ -50,6 +59,8 @@ impl PreparedScene {
             Self::Bar(Box::new(BarPrepared::new(scene)?))
         } else if scene.flow().is_some() {
             Self::Flow(Box::new(FlowPrepared::new(scene)?))
+        } else if scene.inflation().is_some() {
+            Self::Inflation(Box::new(InflationPrepared::new(scene)?))
         } else {
             Self::Rods(Box::new(Prepared::new(scene)?))
         })
@@ -64,6 +75,7 @@ impl PreparedScene {
             Self::Rods(prepared) => SceneStart::Rods(prepared, prepared.start()?),
             Self::Bar(prepared) => SceneStart::Bar(prepared),
             Self::Flow(prepared) => SceneStart::Flow(prepared),
+            Self::Inflation(prepared) => SceneStart::Inflation(prepared),
         })
     }
 }
@@ -72,7 +84,7 @@ impl<'p> SceneStart<'p> {
     /// The motion from a state that a run or a simulation of the scene has saved.
     ///
     /// # Errors
-    /// The state of another model; a bar.
+    /// The state of another model; a bar, a flow or a membrane.
     pub fn restored(self, state: &run::SimulationState) -> Result<Self> {
         match self {
             Self::Rods(prepared, start) => Ok(Self::Rods(prepared, start.restored(state)?)),
@@ -81,6 +93,9 @@ impl<'p> SceneStart<'p> {
             )),
             Self::Flow(_) => Err(Error::domain(
                 "a flow does not go on from a saved state: run it from its start",
+            )),
+            Self::Inflation(_) => Err(Error::domain(
+                "a membrane does not go on from a saved state: run it from its start",
             )),
         }
     }
@@ -102,6 +117,9 @@ impl<'p> SceneStart<'p> {
             }
             Self::Bar(prepared) => SceneRun::Bar(Box::new(bar::run(prepared, sink, hooks)?)),
             Self::Flow(prepared) => SceneRun::Flow(Box::new(flow::run(prepared, sink, hooks)?)),
+            Self::Inflation(prepared) => {
+                SceneRun::Inflation(Box::new(inflation::run(prepared, sink, hooks)?))
+            }
         })
     }
 }
@@ -131,23 +149,34 @@ impl SceneRun<'_> {
                 warning: None,
                 state: Err("the state of a flow is not saved".to_owned()),
             },
+            Self::Inflation(record) => SceneResult {
+                summary: record.summary(),
+                events: record.events.clone(),
+                reason: record.reason(),
+                warning: None,
+                state: Err("the state of a membrane is not saved".to_owned()),
+            },
         }
     }
 }
 
-/// Refuses a scene of statics before any setup; a bar or a flow is always a motion.
+/// Refuses a scene of statics before any setup; a bar, a flow or a membrane in motion is always a motion.
 fn require_motion(scene: &Scene) -> Result<()> {
     match scene.kind {
-        SceneKind::Bar(_) | SceneKind::Flow(_) => Ok(()),
+        SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Inflation(_) => Ok(()),
         SceneKind::Assembly(_) | SceneKind::Rod | SceneKind::Wall(_) => scene.run().map(drop),
     }
 }
 
-/// Rods in motion; a bar is refused with the reason `of_bar`, a flow with `of_flow`.
-fn prepared_rods(scene: &Scene, of_bar: &str, of_flow: &str) -> Result<Prepared> {
+/// Rods in motion; a bar, a flow or a membrane is refused with its reason.
+fn prepared_rods(
+    scene: &Scene,
+    [of_bar, of_flow, of_membrane]: [&'static str; 3],
+) -> Result<Prepared> {
     match scene.kind {
         SceneKind::Bar(_) => Err(Error::domain(of_bar)),
         SceneKind::Flow(_) => Err(Error::domain(of_flow)),
+        SceneKind::Inflation(_) => Err(Error::domain(of_membrane)),
         SceneKind::Assembly(_) | SceneKind::Rod | SceneKind::Wall(_) => {
             scene.run()?;
             Prepared::new(scene)
@@ -211,6 +240,8 @@ pub fn columns(scene: &Scene) -> Result<Table> {
         Ok(bar::columns(scene))
     } else if let Some(given) = scene.flow() {
         Ok(flow::columns(scene.units, given))
+    } else if let Some(given) = scene.inflation() {
+        Ok(inflation::columns(scene.units, given))
     } else {
         run::columns(scene)
     }
@@ -246,16 +277,19 @@ pub const WALL: &str = "derivatives, stiffness and compliance are those of rods:
 /// Rods of a scene of motion at `times`, with their names; a single rod has none.
 ///
 /// # Errors
-/// Those of [`run::shapes`](fn@run::shapes); a bar, which has no shape.
+/// Those of [`run::shapes`](fn@run::shapes); a bar, a flow or a membrane, which has no rods.
 pub fn shapes(
     scene: &Scene,
     times: &[f64],
     points: usize,
     hooks: &mut dyn Hooks,
 ) -> Result<(Vec<String>, Vec<Shapes>)> {
-    let of_bar = "a bar stays straight: its places over time are in the table waves";
-    let of_flow = "a flow has no rods: areas along the tube over time are in the table fields";
-    let prepared = prepared_rods(scene, of_bar, of_flow)?;
+    let why = [
+        "a bar stays straight: its places over time are in the table waves",
+        "a flow has no rods: areas along the tube over time are in the table fields",
+        "a membrane has no rods: profiles of a disc over time are in the table fields",
+    ];
+    let prepared = prepared_rods(scene, why)?;
     let found = run::shapes(&prepared, times, points, hooks)?;
     let rods = prepared.header.rods.into_iter();
     Ok((rods.map(|rod| rod.name).collect(), found))
@@ -264,11 +298,14 @@ pub fn shapes(
 /// Trajectory of a scene of motion at `times` only.
 ///
 /// # Errors
-/// Those of [`run::samples`]; a bar.
+/// Those of [`run::samples`]; a bar, a flow or a membrane.
 pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
-    let of_bar = "a bar is sampled at even times: run.samples has how many";
-    let of_flow = "a flow is sampled at even times: run.samples has how many";
-    run::samples(&prepared_rods(scene, of_bar, of_flow)?, times, hooks)
+    let why = [
+        "a bar is sampled at even times: run.samples has how many",
+        "a flow is sampled at even times: run.samples has how many",
+        "a membrane is sampled at even times: run.samples has how many",
+    ];
+    run::samples(&prepared_rods(scene, why)?, times, hooks)
 }
 
 /// Sets a scene up, which finds errors invisible to the parser. The result is the effect of the mass of light rods,
@@ -280,6 +317,7 @@ pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
     match scene.kind {
         SceneKind::Bar(_) => BarPrepared::new(scene).map(|_| None),
         SceneKind::Flow(_) => FlowPrepared::new(scene).map(|_| None),
+        SceneKind::Inflation(_) => InflationPrepared::new(scene).map(|_| None),
         SceneKind::Wall(_) => wall::equilibrium(scene).map(|_| None),
         SceneKind::Assembly(_) if !scene.is_motion() => {
             assembly::equilibrium(scene)?;

@@ -19,6 +19,7 @@ pub mod first_order;
 pub mod fit;
 pub mod flow;
 pub mod folds;
+pub mod inflation;
 mod light_rod_reference;
 pub mod memory;
 pub mod modes;
@@ -75,8 +76,8 @@ pub trait Hooks {
         false
     }
 
-    /// Called with every event of a run, in the form of events.json, bounces included. A bar or a flow tells its events
-    /// at its end, when the tracks of its shocks are known.
+    /// Called with every event of a run, in the form of events.json, bounces included. A bar, a flow or a membrane tells
+    /// its events at its end.
     fn event(&mut self, _event: serde_json::Value) {}
 
     /// For branches: number of points with shapes for figures, in addition to the few of every record and the special
@@ -86,7 +87,7 @@ pub trait Hooks {
     }
 }
 
-/// The trajectory of a bar or a flow, whose rows go to files and to the hooks.
+/// The trajectory of a bar, a flow or a membrane, whose rows go to files and to the hooks.
 struct Trajectory {
     table: usize,
     columns: Vec<Column>,
@@ -104,6 +105,12 @@ impl Trajectory {
         hooks.sample(&self.columns, row);
         Ok(())
     }
+}
+
+/// Equally spaced times from 0 to `duration`, both included.
+fn sample_times(duration: f64, samples: usize) -> impl Iterator<Item = f64> {
+    let rows = samples - 1;
+    (0..=rows).map(move |i| duration * i as f64 / rows as f64)
 }
 
 /// Tells the events of a run at its end.

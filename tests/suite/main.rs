@@ -115,6 +115,8 @@ mod heavy_scenes;
 mod hockle;
 mod impacts;
 mod inertia;
+#[cfg(feature = "scene")]
+mod inflation_scenes;
 mod inversion;
 #[cfg(feature = "scene")]
 mod joints;

@@ -87,6 +87,16 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     ("starling", &[]),
+    ("balloon_step", &[("duration = 20.0", "duration = 6.0")]),
+    ("balloon_step", &[("pressure = 2.6", "pressure = 7.0")]),
+    (
+        "disc_in_motion",
+        &[
+            ("ramp = { to = 1.65, until = 2e-3 }", "block = { size = 3.0, until = 4e-3 }"),
+            ("elements = 40", "elements = 10"),
+        ],
+    ),
+    ("piston", &[("duration = 16.0", "duration = 1.0")]),
 ];
 
 fn text(name: &str, changes: &[(&str, &str)]) -> String {
@@ -185,6 +195,7 @@ fn written() -> Names {
             (Some(_), _) => "a bar",
             (_, Some(_)) => "several rods and bodies",
             _ if flow.is_some() => flow.unwrap_or_default(),
+            _ if scene.inflation().is_some() => "a membrane in motion",
             _ if scene.is_planar() => "one rod in the plane",
             _ => "one rod in space",
         };
@@ -198,12 +209,16 @@ fn written() -> Names {
         let summaries = match (scene.bar(), flow) {
             (Some(_), _) => "summary.json, a bar".to_owned(),
             (_, Some(flow)) => format!("summary.json, {flow}"),
+            _ if scene.inflation().is_some() => format!("summary.json, {kind}"),
             _ => "summary.json".to_owned(),
         };
         paths(names.entry(summaries).or_default(), "", &summary);
         for event in &found.events {
             let kind = match event["kind"].as_str().unwrap() {
                 "choke" | "touch" | "line" if flow.is_some() => "choke, touch, line",
+                "fold" if scene.inflation().is_some() => "fold, a sphere",
+                "snap" if scene.inflation().is_some() => "snap, a piston",
+                "burst" | "slack" | "bottom" => "burst, slack, bottom",
                 "accumulation" | "slip" | "stick" | "reverse" | "release" | "touch" => "contact",
                 kind => kind,
             };

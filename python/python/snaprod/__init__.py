@@ -138,7 +138,7 @@ def run(
     Parameters
     ----------
     scene : dict, str or path
-        One rod, an assembly or a bar, as in :func:`check`.
+        One rod, an assembly, a bar, a flow or a membrane, as in :func:`check`.
     strain : {"some", "none", "all"}
         Samples at which the strains along a rod with friction are kept; "some" is about 400.
     progress : bool or callable, optional
@@ -154,7 +154,8 @@ def run(
     on_sample : callable, optional
         Called with every sample, a dict by the names of the columns.
     on_event : callable, optional
-        Called with every event, a dict as in ``run.events``, bounces included. A bar or a flow tells its events at the end.
+        Called with every event, a dict as in ``run.events``, bounces included. A bar, a flow or a membrane
+        tells its events at the end.
     by : sequence of str, optional
         Fields of the scene by which the motion is differentiated, of a planar elastic rod without friction. The table
         ``run.tables["derivatives"]`` has those of the samples, ``run.derivatives`` those of the end and of the snaps.

@@ -128,8 +128,13 @@ def _shape(result: _results.Equilibrium, ax: Axes | None) -> Axes:
 
 
 def run(result: _results.Run, ax: Axes | None, times: int) -> Axes:
-    """Draws rods at some times, and the paths of their ends. A bar is drawn by its waves."""
+    """Draws rods at some times, and the paths of their ends. A bar is drawn by its waves, a membrane by its height."""
     data = result.data
+    if "height" in data:
+        axes = _axes(ax)
+        axes.plot(data["t"], data["height"])
+        axes.set(xlabel=data.label("t"), ylabel=data.label("height"))
+        return axes
     if "waves" in result.tables:
         axes = _axes(ax)
         waves = result.tables["waves"].to_xarray()
@@ -169,7 +174,7 @@ def run(result: _results.Run, ax: Axes | None, times: int) -> Axes:
 def energy(result: _results.Run, ax: Axes | None) -> Axes:
     """Draws the terms of the ledger that are not zero, and their total."""
     axes, data = _axes(ax), result.data
-    for name in ("kinetic", "elastic", "potential", "dissipated", "work", "rod_kinetic"):
+    for name in ("kinetic", "elastic", "potential", "gas", "dissipated", "work", "rod_kinetic"):
         if name in data and np.any(data[name] != 0.0):
             label = "kinetic of the rod" if name == "rod_kinetic" else name
             axes.plot(data["t"], data[name], label=label, ls="--" if name == "work" else "-")

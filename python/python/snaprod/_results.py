@@ -196,11 +196,12 @@ class Run(Result):
     """A motion. ``data`` is its trajectory.
 
     Under ``landing = "all"`` ``tables`` also has the trajectories of the branches. A rod with strains of its own also
-    has the table ``strain``, a bar the table ``waves``, and a scene with obstacles the table ``contacts``.
+    has the table ``strain``, a bar the table ``waves``, and a scene with obstacles the table ``contacts``. A flow and a
+    disc in motion have the table ``fields``.
     """
 
     _command = "run"
-    _usual = ("snapshots", "shapes", "waves")
+    _usual = ("snapshots", "shapes", "waves", "height")
 
     events: list[dict[str, Any]]
     """Snaps, passages, folds and contacts, in the order of time."""
@@ -315,7 +316,7 @@ class Run(Result):
         return shaped[""] if names == [""] else shaped
 
     def plot(self, ax: Axes | None = None, times: int = 9) -> Axes:
-        """Draws the rod at so many times with the path of its end. A bar is drawn by its waves.
+        """Draws the rod at so many times with the path of its end. A bar is drawn by its waves, a membrane by its height.
 
         Rods in space are seen along each axis, in three panels. The panels are the ``child_axes`` of what is returned.
         """

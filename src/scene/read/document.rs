@@ -1,8 +1,8 @@
 //! Documents generated from the tables of fields: a JSON Schema for editors, and a reference in Markdown.
 
 use super::fields::{
-    ASSEMBLY, BAR, FLOWS, Field, Form, Kinds, MEMBRANES, Need, PLANE, SPACE, STATICS, Spec, TOP,
-    TUBES,
+    ASSEMBLY, BAR, FLOWS, Field, Form, INFLATIONS, Kinds, MEMBRANES, Need, PLANE, SPACE, STATICS,
+    Spec, TOP, TUBES,
 };
 use super::phrases::listed;
 use crate::scene::{Scene, SceneKind, WallScene};
@@ -122,7 +122,8 @@ pub fn reference() -> String {
          with `[body]` and `[run]` is a motion, one with `[end]` is a scene of statics. The column *in* says which kinds have a\n\
          field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies; B, bars with mass in\n\
          longitudinal motion, `rod.model = \"bar\"`; T, sections of tubes, `[tube]` in place of `[rod]`; F, flows in\n\
-         tubes, `[tube]` with `[run]`; I, inflated membranes, `[membrane]`.\n\n\
+         tubes, `[tube]` with `[run]`; I, inflated membranes at rest, `[membrane]`; J, membranes in motion, `[membrane]` with\n\
+         `[run]`.\n\n\
          Tables `[[rod]]` and `[[body]]`, with two brackets, make an assembly: several rods and bodies in space. Each rod joins\n\
          two places, on bodies or on the ground; in a motion one of them is on a body. An assembly is at rest or, with `[run]`,\n\
          in motion. `[[rod]]` has the fields of `[rod]`, and also name, from and to.\n\n\
@@ -229,6 +230,7 @@ impl Scene {
         match self.kind {
             SceneKind::Bar(_) => BAR,
             SceneKind::Flow(_) => FLOWS,
+            SceneKind::Inflation(_) => INFLATIONS,
             SceneKind::Wall(WallScene::Tube(_)) => TUBES,
             SceneKind::Wall(WallScene::Membrane(_)) => MEMBRANES,
             SceneKind::Assembly(_) => ASSEMBLY,
@@ -301,6 +303,7 @@ fn kinds(on: Kinds) -> String {
         (BAR, "B"),
         (TUBES, "T"),
         (MEMBRANES, "I"),
+        (INFLATIONS, "J"),
         (FLOWS, "F"),
     ];
     let those = letters.iter().filter(|(kind, _)| on & kind != 0);

@@ -4,7 +4,7 @@ use super::fields::TOP;
 use super::ranges::Rule;
 
 /// Set of kinds of scenes, one bit each.
-pub(super) type Kinds = u8;
+pub(super) type Kinds = u16;
 /// A motion in the plane.
 pub(super) const PLANE: Kinds = 1;
 /// Statics, in space.
@@ -21,16 +21,20 @@ pub(super) const TUBES: Kinds = 32;
 pub(super) const MEMBRANES: Kinds = 64;
 /// A flow in a tube.
 pub(super) const FLOWS: Kinds = 128;
+/// A membrane in motion.
+pub(super) const INFLATIONS: Kinds = 256;
+/// A membrane, at rest or in motion.
+pub(super) const INFLATED: Kinds = MEMBRANES | INFLATIONS;
 /// A tube, at rest or with a flow.
 pub(super) const TUBED: Kinds = TUBES | FLOWS;
-/// A wall under pressure.
+/// A wall under pressure, at rest.
 pub(super) const WALL: Kinds = TUBES | MEMBRANES;
 /// One rod in motion.
 pub(super) const MOTION: Kinds = PLANE | SPACE;
 /// Kinds of scenes with a motion of rods.
 pub(super) const RUNS: Kinds = MOTION | ASSEMBLY;
 /// Kinds of scenes with histories in time.
-pub(super) const DRIVEN: Kinds = RUNS | BAR | FLOWS;
+pub(super) const DRIVEN: Kinds = RUNS | BAR | FLOWS | INFLATIONS;
 pub(super) const IN_SPACE: Kinds = STATICS | SPACE | ASSEMBLY;
 /// One rod in space.
 pub(super) const ONE_IN_SPACE: Kinds = STATICS | SPACE;

@@ -33,7 +33,7 @@ const NOT_FLAT: &str = "statics are of rods in space, model = \"cosserat\"; ther
 pub(super) static TOP: Spec = Spec {
     name: "",
     fields: &[
-        field("units", ANY | BAR | WALL | FLOWS, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material or tube.material is given"),
+        field("units", ANY | BAR | WALL | FLOWS | INFLATIONS, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material or tube.material is given"),
             "The system of units, for labels: it changes no number. \"si\": metre, kilogram, second. Any consistent system will do."),
         field("rod", ONE | BAR, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
         field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]. May be left out in a motion of bodies that all have a `position`."),
@@ -41,6 +41,7 @@ pub(super) static TOP: Spec = Spec {
         field("clamp", ONE, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
         field("body", MOTION, Table(&BODY), "", No, "The body at the end of the rod, s = length, in a scene of motion. May be left out where the rod has inertia = \"full\": its end is then free, and bears the loads of the body."),
         field("body", ASSEMBLY, Array(&Table(&BODY)), "", No, "The bodies of an assembly, each a table [[body]]; no rod is attached to a body that is not listed. May be left out at rest, and in a motion of rods with inertia = \"full\"."),
+        field("body", INFLATIONS, Table(&BODY), "", No, "A heavy piston on the vessel of a sphere, in place of the membrane's density."),
         field("body", BAR, Table(&BODY), "", No, "A heavy mass at the end X = length of a bar, which is then free to move."),
         field("end", STATICS, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
         field("start", PLANE, Table(&START), "", Yes("lambda = 6.3"), "Shape of the rod at the start, and velocity of its end."),
@@ -48,28 +49,30 @@ pub(super) static TOP: Spec = Spec {
         field("start", ASSEMBLY, Table(&START), "", No, "Where the bodies of a motion start: without it settled, at the equilibrium under the loads; what nothing holds settles where inertia = \"full\", as it falls."),
         field("start", BAR, Table(&START), "", No, "Uniform stretch and velocity of a bar at the start; without it, at rest and unstretched."),
         field("start", MEMBRANES, Table(&START), "", No, "The stretch of the membrane, in place of a load."),
+        field("start", INFLATIONS, Table(&START), "", No, "With a piston: the stretch of the balloon and the velocity of the piston; without it, at rest under the force. A membrane with density starts unloaded and at rest."),
         field("loads", BAR, Table(&LOADS), "", No, "What acts on the end X = length of a bar."),
         field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod; without a body, on the end of the rod."),
         field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
         field("loads", STATICS, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
         field("loads", MEMBRANES, Table(&LOADS), "", No, "The pressure in the membrane."),
+        field("loads", INFLATIONS, Table(&LOADS), "", No, "The pressure in the membrane over time, or the force on a piston."),
         field("load", ANY, Array(&Table(&LISTED)), "", No, "Loads on ends, bodies, places and parts of rods, each a table [[load]], at most 100; beside those of the other tables."),
         field("station", ANY, Array(&Table(&STATION)), "", No, "Places on rods whose motion, strains and resultants are written, each a table [[station]], at most 100."),
         field("obstacle", TOUCHED, Array(&Table(&OBSTACLE)), "", No, "Bodies that stand or move in a given way, which the rod and its body do not enter, each a table [[obstacle]], at most 100."),
         field("contact", HIT, Table(&CONTACT), "", No, "Rules of contact with obstacles, in a motion."),
-        field("run", MOTION | BAR | FLOWS, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
+        field("run", MOTION | BAR | FLOWS | INFLATIONS, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
         field("continue", STATICS | ASSEMBLY, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene; of an assembly at rest."),
         field("continue", WALL, Table(&CONTINUE), "", No, "A branch of sections or of inflated states in one parameter."),
         field("tube", TUBED, Table(&TUBE_TABLE), "", Yes("radius = 5e-3"), "The wall of a tube (docs/tubes.md): a section of it under pressure; with [run] a tube with a flow."),
-        field("membrane", MEMBRANES, Table(&MEMBRANE_TABLE), "", Yes("shape = \"sphere\""), "A membrane under pressure (docs/tubes.md)."),
+        field("membrane", INFLATED, Table(&MEMBRANE_TABLE), "", Yes("shape = \"sphere\""), "A membrane under pressure (docs/tubes.md); with [run] in motion."),
         field("outside", TUBED, Table(&OUTSIDE), "", No, "What surrounds the tube."),
         field("upstream", FLOWS, Table(&UPSTREAM), "", No, "What the end x = 0 leads to; without it the tube goes on there, and waves leave."),
         field("downstream", FLOWS, Table(&DOWNSTREAM), "", No, "What the end x = length leads to; without it the tube goes on there, and waves leave."),
         field("start", FLOWS, Table(&START), "", No, "Area and velocity along the tube at the start; without it, round and at rest."),
         field("fluid", TUBED, Table(&FLUID), "", No, "The fluid in the tube."),
-        field("gas", MEMBRANES, Table(&GAS), "", No, "Gas in the membrane and in a vessel joined to it."),
+        field("gas", INFLATED, Table(&GAS), "", No, "Gas in the membrane and in a vessel joined to it."),
     ],
     barred: &[
         (ASSEMBLY, "clamp", "every rod of an assembly has its own place: `from` in [[rod]]"),
@@ -78,11 +81,10 @@ pub(super) static TOP: Spec = Spec {
         (STATICS, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
         (SPACE, "end", ONE_KIND), (SPACE, "solve", ONE_KIND), (SPACE, "continue", ONE_KIND),
         (PLANE, "end", NOT_FLAT), (PLANE, "solve", NOT_FLAT), (PLANE, "continue", NOT_FLAT),
-        (BAR | WALL, "obstacle", "obstacles are for rods that bend, model = \"elastica\" or \"cosserat\""),
-        (BAR | WALL | STATICS, "contact", "rules of contact are for motions of rods that bend, and of their bodies"),
+        (BAR | WALL | INFLATIONS, "obstacle", "obstacles are for rods that bend, model = \"elastica\" or \"cosserat\""),
+        (BAR | WALL | INFLATIONS | STATICS, "contact", "rules of contact are for motions of rods that bend, and of their bodies"),
         (FLOWS, "continue", "a flow is run in time: leave out [continue], or [run], [upstream], [downstream] and [start]"),
-        (MEMBRANES, "run", "membranes are computed at rest: leave out [run], and use `snaprod equilibrium` or, with [continue], `snaprod branch`"),
-        (MEMBRANES, "body", "pistons on membranes are not computed: leave out [body]"),
+        (INFLATIONS, "continue", "a membrane in motion is run in time: leave out [continue], or [run], [body] and membrane.density"),
     ],
 };
 
@@ -195,14 +197,14 @@ pub(super) static OUTSIDE_PRESSURE: Spec = spec("outside.pressure", &[
 ]);
 #[rustfmt::skip]
 pub(super) static IN_TIME: Spec = spec("history", &[
-    field("constant", FLOWS, Number(&FINITE), "Pa or m³/s", No, "A constant value."),
-    field("amplitude", FLOWS, Number(&FINITE), "Pa or m³/s", Yes("amplitude = 100.0"), "Amplitude of a sine in time, amplitude * sin(2 pi frequency t + phase)."),
-    field("frequency", FLOWS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine."),
-    field("phase", FLOWS, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
-    field("ramp", FLOWS, Table(&RAMP), "", No, "A linear growth in time."),
-    field("pulse", FLOWS, Table(&PULSE), "", No, "A pulse in time."),
-    field("block", FLOWS, Table(&BLOCK), "", No, "A constant value for a while."),
-    field("table", FLOWS, Rows(2), "s, Pa or m³/s", No, "Rows [t, value], linear in between and constant outside."),
+    field("constant", FLOWS | INFLATIONS, Number(&FINITE), "Pa or m³/s or N", No, "A constant value."),
+    field("amplitude", FLOWS | INFLATIONS, Number(&FINITE), "Pa or m³/s or N", Yes("amplitude = 100.0"), "Amplitude of a sine in time, amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", FLOWS | INFLATIONS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine."),
+    field("phase", FLOWS | INFLATIONS, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", FLOWS | INFLATIONS, Table(&RAMP), "", No, "A linear growth in time."),
+    field("pulse", FLOWS | INFLATIONS, Table(&PULSE), "", No, "A pulse in time."),
+    field("block", FLOWS | INFLATIONS, Table(&BLOCK), "", No, "A constant value for a while."),
+    field("table", FLOWS | INFLATIONS, Rows(2), "s, Pa or m³/s or N", No, "Rows [t, value], linear in between and constant outside."),
 ]);
 #[rustfmt::skip]
 pub(super) static UPSTREAM: Spec = spec("upstream", &[
@@ -243,24 +245,27 @@ pub(super) static FLUID: Spec = spec("fluid", &[
 ]);
 #[rustfmt::skip]
 pub(super) static MEMBRANE_TABLE: Spec = spec("membrane", &[
-    field("shape", MEMBRANES, Word(&["sphere", "disc"]), "", Yes("shape = \"sphere\""), "A closed sphere, or a flat disc whose edge is held."),
-    field("radius", MEMBRANES, Number(&SIZE), "m", Yes("radius = 0.1"), "Radius of the unloaded membrane."),
-    field("thickness", MEMBRANES, Number(&SIZE), "m", Yes("thickness = 1e-3"), "Thickness of the unloaded membrane."),
-    field("law", MEMBRANES, Table(&LAW), "", Yes("law = { mooney = [24.0, 1.5] }"), "Energy of the incompressible material: neo_hookean, mooney or biderman."),
+    field("shape", INFLATED, Word(&["sphere", "disc"]), "", Yes("shape = \"sphere\""), "A closed sphere, or a flat disc whose edge is held."),
+    field("radius", INFLATED, Number(&SIZE), "m", Yes("radius = 0.1"), "Radius of the unloaded membrane."),
+    field("thickness", INFLATED, Number(&SIZE), "m", Yes("thickness = 1e-3"), "Thickness of the unloaded membrane."),
+    field("law", INFLATED, Table(&LAW), "", Yes("law = { mooney = [24.0, 1.5] }"), "Energy of the incompressible material: neo_hookean, mooney or biderman."),
+    field("density", INFLATIONS, Number(&SIZE), "kg/m³", No, "Mass per volume of the unloaded membrane, which starts unloaded and at rest. Left out where a piston, [body], has the mass."),
+    field("elements", INFLATIONS, Count(2, 10_000), "", Or("40"), "Number of conical rings of a disc."),
 ]);
 #[rustfmt::skip]
 pub(super) static GAS: Spec = spec("gas", &[
     field("contents", MEMBRANES, Number(&SIZE), "J", Yes("contents = 200.0"), "Content p V of gas in membrane and vessel, p absolute, at one temperature: the first state with it on the way from the unloaded membrane."),
-    field("volume", MEMBRANES, Number(&NON_NEGATIVE), "m³", Or("0.0"), "Volume of the vessel."),
-    field("outside", MEMBRANES, Number(&NON_NEGATIVE), "Pa", Or("0.0"), "Absolute pressure outside."),
+    field("contents", INFLATIONS, Number(&SIZE), "J", Yes("contents = 200.0"), "Content p V of gas in membrane and vessel, p absolute, at one temperature. It is let into a membrane with density at the start."),
+    field("volume", INFLATED, Number(&NON_NEGATIVE), "m³", Or("0.0"), "Volume of the vessel."),
+    field("outside", INFLATED, Number(&NON_NEGATIVE), "Pa", Or("0.0"), "Absolute pressure outside."),
 ]);
 
 #[rustfmt::skip]
 pub(super) static LAW: Spec = spec("rod.law", &[
     field("linear", BAR, Number(&FINITE), "Pa", No, "The modulus E of stress = E (stretch - 1)."),
-    field("neo_hookean", BAR | MEMBRANES, Number(&FINITE), "Pa", No, "C of the energy C (I1 - 3) of an incompressible material."),
-    field("mooney", BAR | MEMBRANES, Numbers(2), "Pa", No, "C1, C2 of C1 (I1 - 3) + C2 (I2 - 3)."),
-    field("biderman", BAR | MEMBRANES, Numbers(4), "Pa", No, "B1 .. B4 of B1 (I1 - 3) + B2 (I1 - 3)^2 + B3 (I1 - 3)^3 + B4 (I2 - 3)."),
+    field("neo_hookean", BAR | INFLATED, Number(&FINITE), "Pa", No, "C of the energy C (I1 - 3) of an incompressible material."),
+    field("mooney", BAR | INFLATED, Numbers(2), "Pa", No, "C1, C2 of C1 (I1 - 3) + C2 (I2 - 3)."),
+    field("biderman", BAR | INFLATED, Numbers(4), "Pa", No, "B1 .. B4 of B1 (I1 - 3) + B2 (I1 - 3)^2 + B3 (I1 - 3)^3 + B4 (I2 - 3)."),
     field("polynomial", BAR, List, "Pa", No, "a1, a2, ... of stress = a1 e + a2 e^2 + ..., e = stretch - 1."),
     field("table", BAR, Rows(2), "1, Pa", No, "Rows [stretch, stress], both growing, one of them [1, 0]; a monotone cubic in between. A bar does not leave the table."),
 ]);
@@ -522,6 +527,8 @@ pub(super) static BODY: Spec = Spec {
     field("shape", PLANE, OneOf(&[Word(&["point"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles; without it a point at the end of the rod."),
     field("shape", SPACE | ASSEMBLY, OneOf(&[Word(&["point", "solid"]), Table(&BODY_SHAPE)]), "", No, "Shape of the body where it hits obstacles and other bodies, about its centre of mass along its axes; \"solid\": that of its `solid`. Without it a point, the centre of mass."),
     field("mass", SPACE, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
+    field("mass", INFLATIONS, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the piston."),
+    field("area", INFLATIONS, Number(&SIZE), "m²", Yes("area = 0.01"), "Area of the piston, on which the gas presses."),
     field("mass", ASSEMBLY, Number(&SIZE_OR_0), "kg", Yes("mass = 1.0"), "Mass of the body. 0, and no inertia: a node, which joins rods, bears loads and turns with the rods. It may be left out of a node, but in a motion of rods without mass, where the loads of a node are constant."),
     field("joint", SPACE, Word(&["weld", "ball", "hinge", "universal", "slider", "roller"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn (\"ball\"); or a rigid body on a joint with an axis, as in `to` of [[rod]]."),
     field("axis", SPACE, Vector(&VALUE), "", No, "Axis of a joint that has one, as in `from` of [[rod]], along the directors there."),
@@ -612,6 +619,8 @@ pub(super) static START: Spec = spec("start", &[
     field("velocity", SPACE, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the end of the rod in the world, or on top of that of the clamp (`with_clamp`)."),
     field("angular_velocity", SPACE, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a welded body, likewise."),
     field("with_clamp", MOTION, Flag, "", Or("false"), "On a clamp that moves or turns already at t = 0 (as under a sine of phase 0): true, the velocities come on top of those at which it carries the end, so that a rod starts at rest on its clamp; false, they are those in the world, where the body stands still while the clamp moves off."),
+    field("stretch", INFLATIONS, Number(&STRETCH), "", No, "Stretch of the balloon below a piston, at least 1; without it that of the equilibrium under loads.force at t = 0."),
+    field("velocity", INFLATIONS, Number(&FINITE), "m/s", Or("0.0"), "Velocity of the piston into the vessel."),
     field("stretch", MEMBRANES, Number(&STRETCH), "", No, "Stretch at the pole, at least 1; or [loads] pressure, or [gas]."),
     field("stretch", BAR, Number(&POSITIVE), "", Or("1.0"), "Uniform stretch of the bar."),
     field("velocity", BAR, Number(&FINITE), "m/s", Or("0.0"), "Uniform velocity of the bar along +X; beside a wall a blow."),
@@ -672,6 +681,8 @@ pub(super) static LOADS: Spec = Spec {
     field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
     field("force", MOTION, OneOf(&[Table(&FORCE), Array(&Table(&FORCE))]), "", No, "Forces in time at the centre of mass, added up: one table, or an array of them."),
     field("pressure", MEMBRANES, Number(&NON_NEGATIVE), "Pa", No, "Pressure inside less outside: the first state with it on the way from the unloaded membrane; or [start] stretch, or [gas]."),
+    field("pressure", INFLATIONS, PRESSURE, "Pa", No, "Pressure inside less outside: a number, which is a step at t = 0, or a history in time; or [gas]."),
+    field("force", INFLATIONS, PRESSURE, "N", Or("0.0"), "Force on the piston, into the vessel: a number or a history in time."),
     field("force", BAR, Table(&FORCE), "", No, "A force in time along +X on the end X = length: tension where it is positive."),
     ],
     barred: &[
@@ -745,9 +756,9 @@ pub(super) static PULSE: Spec = spec("pulse", &[
 
 #[rustfmt::skip]
 pub(super) static BLOCK: Spec = spec("block", &[
-    field("size", BAR | FLOWS, Number(&FINITE), "N", Yes("size = 2.0"), "Its size."),
-    field("start", BAR | FLOWS, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins."),
-    field("until", BAR | FLOWS, Number(&POSITIVE), "s", Yes("until = 0.002"), "When it ends, after `start`."),
+    field("size", BAR | FLOWS | INFLATIONS, Number(&FINITE), "N", Yes("size = 2.0"), "Its size."),
+    field("start", BAR | FLOWS | INFLATIONS, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins."),
+    field("until", BAR | FLOWS | INFLATIONS, Number(&POSITIVE), "s", Yes("until = 0.002"), "When it ends, after `start`."),
 ]);
 
 #[rustfmt::skip]

@@ -179,7 +179,7 @@ fn along(table: &Table, length: f64, rule: &'static Rule) -> Option<Vec<[f64; 2]
 }
 
 /// Reads a number or a history in time.
-fn in_time(table: &Table, name: &str) -> Option<Option<History>> {
+pub(super) fn in_time(table: &Table, name: &str) -> Option<Option<History>> {
     table.maybe(name, |field, value| {
         if !value.get_ref().is_table() {
             return table

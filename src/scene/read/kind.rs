@@ -1,6 +1,8 @@
 //! Recognition of the kind of a scene from its content.
 
-use super::fields::{ASSEMBLY, BAR, FLOWS, Kinds, MEMBRANES, PLANE, SPACE, STATICS, TUBES};
+use super::fields::{
+    ASSEMBLY, BAR, FLOWS, INFLATIONS, Kinds, MEMBRANES, PLANE, SPACE, STATICS, TUBES,
+};
 use super::phrases::nearest;
 use crate::scene::Model;
 use toml::Spanned;
@@ -51,7 +53,8 @@ pub(super) fn scene_kind(document: &DeTable) -> Kinds {
             return if flows { FLOWS } else { TUBES };
         }
         if document.contains_key("membrane") {
-            return MEMBRANES;
+            let moves = ["run", "body"].iter().any(|name| document.contains_key(*name));
+            return if moves { INFLATIONS } else { MEMBRANES };
         }
     }
     match (guess_model(document), is_motion(document)) {

@@ -10,6 +10,7 @@ mod fields;
 mod flow;
 mod friction;
 mod groove;
+mod inflation;
 mod joint;
 mod jointed;
 mod kind;

@@ -5,10 +5,11 @@ use super::bar::bar;
 use super::branch::continuation;
 use super::ends::{body, clamp, end, in_reach};
 use super::fields::{
-    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, FLOWS, Kinds, LOADS, MEMBRANES, PLANE, ROD, RUN,
-    SOLVE, SPACE, START, STATICS, Spec, TOP, TUBES,
+    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, FLOWS, INFLATIONS, Kinds, LOADS, MEMBRANES, PLANE,
+    ROD, RUN, SOLVE, SPACE, START, STATICS, Spec, TOP, TUBES,
 };
 use super::flow::flow;
+use super::inflation::inflation;
 use super::jointed::EndJoints;
 use super::kind::scene_kind;
 use super::load_list::{Bearers, BearingRod, Listed, load_list};
@@ -45,6 +46,7 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
             TUBES => tube(&top),
             FLOWS => flow(&top),
             MEMBRANES => membrane(&top),
+            INFLATIONS => inflation(&top),
             _ => resolve(&top),
         }
     });

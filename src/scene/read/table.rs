@@ -1,8 +1,8 @@
 //! A table of the document, with readers for the forms of its fields.
 
 use super::fields::{
-    ASSEMBLY, BAR, FLOWS, Field, Form, HOMES, Kinds, MEMBRANES, Need, PLANE, SPACE, Spec, TUBED,
-    TUBES,
+    ASSEMBLY, BAR, FLOWS, Field, Form, HOMES, INFLATED, INFLATIONS, Kinds, MEMBRANES, Need, PLANE,
+    SPACE, Spec, TUBED, TUBES,
 };
 use super::kind::MODELS;
 use super::phrases::{listed, nearest, shorten, vector_words};
@@ -123,11 +123,12 @@ impl<'a> Table<'a> {
             SPACE => {
                 format!("`{name}` is for motions in space, rod.model = \"cosserat\" with [run]")
             }
-            TUBES | MEMBRANES | TUBED => {
+            TUBES | MEMBRANES | INFLATED | TUBED => {
                 format!(
                     "`{name}` is for walls under pressure, [tube] or [membrane] in place of [rod]"
                 )
             }
+            INFLATIONS => format!("`{name}` is for membranes in motion, [membrane] with [run]"),
             FLOWS => format!("`{name}` is for flows in tubes, [tube] with [run]"),
             BAR => format!("`{name}` is for bars in longitudinal motion, rod.model = \"bar\""),
             ASSEMBLY => format!("`{name}` is for assemblies, [[rod]] and [[body]]"),

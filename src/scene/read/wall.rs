@@ -169,11 +169,7 @@ pub(super) fn membrane(top: &Table) -> Option<Scene> {
     let table = part(top, &MEMBRANE_TABLE).flatten();
     let stretch = default(part(top, &START), None, |table| table.optional("stretch"));
     let pressure = default(part(top, &LOADS), None, |table| table.optional("pressure"));
-    let gas = default(part(top, &GAS), None, |table| {
-        let (contents, volume) = (table.number("contents"), table.number("volume"));
-        let outside = table.number("outside");
-        Some(Some((contents?, Vessel::new(outside?, volume?).ok()?)))
-    });
+    let gas = default(part(top, &GAS), None, |table| of_gas(table).map(Some));
     let follow = default(part(top, &CONTINUE), None, |table| {
         branch(table, &[WallParameter::Stretch]).map(Some)
     });
@@ -216,8 +212,15 @@ pub(super) fn membrane(top: &Table) -> Option<Scene> {
     ))
 }
 
+/// Reads `[gas]`: the content, and the vessel.
+pub(super) fn of_gas(table: &Table) -> Option<(f64, Vessel)> {
+    let (contents, volume) = (table.number("contents"), table.number("volume"));
+    let outside = table.number("outside");
+    Some((contents?, Vessel::new(outside?, volume?).ok()?))
+}
+
 /// Reads `[membrane]`: the membrane, and the constants of its law.
-fn of_membrane(table: &Table) -> Option<(Inflated, [f64; 4])> {
+pub(super) fn of_membrane(table: &Table) -> Option<(Inflated, [f64; 4])> {
     let shape = table.word("shape", &[Shape::Sphere, Shape::Disc]);
     let (radius, thickness) = (table.number("radius"), table.number("thickness"));
     let allowed = "a table such as { mooney = [24.0, 1.5] }";

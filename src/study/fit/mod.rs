@@ -225,7 +225,7 @@ impl Fit {
             && scene.is_medium()
         {
             return refuse(format!(
-                "column {TIME} of the data: a bar or a flow is not followed to times of data; name the column run.duration, set it row by row with --given \
+                "column {TIME} of the data: a bar, a flow or a membrane is not followed to times of data; name the column run.duration, set it row by row with --given \
                  run.duration, and compare quantities of its end such as end.tip.x"
             ));
         }

@@ -5,7 +5,7 @@ mod record;
 pub use record::{FlowMoment, FlowRecord};
 
 use super::bar::Tracker;
-use super::{Cell, Column, Hooks, Sink, Table, Trajectory, tell};
+use super::{Cell, Column, Hooks, Sink, Table, Trajectory, sample_times, tell};
 use crate::bar::Shock;
 use crate::error::{Error, Result};
 use crate::flow::starling::{Starling, StarlingState};
@@ -87,13 +87,6 @@ pub fn run(
     }
 }
 
-/// Times of the samples.
-fn times(given: &FlowScene) -> impl Iterator<Item = f64> {
-    let rows = given.samples - 1;
-    let duration = given.duration;
-    (0..=rows).map(move |i| duration * i as f64 / rows as f64)
-}
-
 fn run_tube(
     prepared: &FlowPrepared,
     tube: &FlowTube,
@@ -110,7 +103,7 @@ fn run_tube(
     let mut watch = Watch::new(&flow);
     let stride = given.samples.div_ceil(FIELD_TIMES);
     let last = given.samples - 1;
-    for (i, t) in times(given).enumerate() {
+    for (i, t) in sample_times(given.duration, given.samples).enumerate() {
         let gone = loop {
             let mut gone = Ok(());
             for _ in 0..STRETCH {
@@ -291,7 +284,7 @@ fn run_lumped(
                 .flatten()
         })
         .flatten();
-    for (i, t) in times(given).enumerate() {
+    for (i, t) in sample_times(given.duration, given.samples).enumerate() {
         if let Err(stuck) = motion.advance(t) {
             record.stuck = Some(stuck);
             break;

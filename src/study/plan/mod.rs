@@ -5,6 +5,7 @@ mod assembly;
 mod bar;
 mod flow;
 mod forecast;
+mod inflation;
 mod rod;
 mod statics;
 mod trial;
@@ -92,6 +93,9 @@ pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
     }
     if let Some(given) = scene.flow() {
         return flow::plan(scene, given, seconds);
+    }
+    if let Some(given) = scene.inflation() {
+        return inflation::plan(scene, given, seconds);
     }
     if let Some(given) = scene.wall() {
         return Ok(wall::plan(scene, given));

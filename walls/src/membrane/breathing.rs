@@ -1,15 +1,14 @@
-//! Spheres in motion under a pressure that is given over time.
+//! Spheres in motion under a pressure that is given over time, or under gas.
 //!
 //! A sphere of the mass 4 pi R0^2 d rho that stays a sphere has one stretch x, with
 //! ```text
-//! rho R0^2 x'' = (p(t) R0/d) x^2 - W'(x).
+//! rho R0^2 x'' = (p R0/d) x^2 - W'(x).
 //! ```
 //! Closed forms for a step of the pressure are in [`super::sphere`].
 
 use super::rings::{Height, MembraneLedger};
-use super::{Inflated, Shape, sphere};
+use super::{Filling, Inflated, Shape};
 use nalgebra::SVector;
-use snaprod_core::math::history::History;
 use snaprod_core::solve::dop853::{Dop853, Step};
 use snaprod_core::solve::roots::chandrupatla;
 use snaprod_core::{Error, Result};
@@ -29,11 +28,34 @@ const BURST: f64 = 30.0;
 /// Stretch below 1 from which a sphere counts as compressed: rounding lies far below.
 const COMPRESSED: f64 = 1e-9;
 
+/// Relative difference of heights of one height: errors of the integration lie below.
+const SAME: f64 = 1e-9;
+
+/// A turn of a sphere: a maximum or a minimum of its stretch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// Time.
+    pub time: f64,
+    /// Stretch.
+    pub stretch: f64,
+}
+
+/// A passage of a sphere through a stretch that is watched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passage {
+    /// Time.
+    pub time: f64,
+    /// The stretch.
+    pub stretch: f64,
+    /// True if the sphere grows.
+    pub outward: bool,
+}
+
 /// A sphere in motion.
 #[derive(Debug, Clone)]
 pub struct SphereMotion {
     sphere: Inflated,
-    pressure: History,
+    filling: Filling,
     /// Unit of time, (rho R0^2/C1)^(1/2).
     second: f64,
     /// Unit of energy, 4 pi R0^2 d C1.
@@ -41,7 +63,12 @@ pub struct SphereMotion {
     run: Dop853<State>,
     time: f64,
     highest: Height,
+    /// Number of turns before the greatest height.
+    highest_swing: usize,
     compressed: Option<f64>,
+    turns: Vec<Turn>,
+    watched: Vec<f64>,
+    passages: Vec<Passage>,
 }
 
 /// Why a sphere does not go on.
@@ -54,12 +81,13 @@ pub enum SphereEnd {
 }
 
 impl SphereMotion {
-    /// A `sphere` of the given `density` at rest without load, under `pressure` from time 0.
+    /// A `sphere` of the given `density` at rest without load, under `filling` from time 0. A history in time is a
+    /// pressure.
     ///
     /// # Errors
     /// A membrane of another shape; a density that is not finite and positive; a history with numbers that are not
-    /// finite.
-    pub fn new(sphere: Inflated, density: f64, pressure: History) -> Result<Self> {
+    /// finite; a content of gas that is not finite and positive.
+    pub fn new(sphere: Inflated, density: f64, filling: impl Into<Filling>) -> Result<Self> {
         if sphere.shape != Shape::Sphere {
             return Err(Error::domain(
                 "this motion is for spheres, shape = \"sphere\": for discs see membrane::rings",
@@ -76,7 +104,7 @@ impl SphereMotion {
         start[STRETCH] = 1.0;
         let mut motion = Self {
             sphere,
-            pressure: pressure.checked()?,
+            filling: filling.into().checked(volume(&sphere, 1.0))?,
             second,
             energy: 4.0 * PI * sphere.radius.powi(2) * sphere.thickness * first,
             run: Dop853::new(start, State::zeros(), 1e-2, TOLERANCE),
@@ -85,10 +113,21 @@ impl SphereMotion {
                 value: sphere.radius,
                 time: 0.0,
             },
+            highest_swing: 0,
             compressed: None,
+            turns: Vec::new(),
+            watched: Vec::new(),
+            passages: Vec::new(),
         };
         motion.restart();
         Ok(motion)
+    }
+
+    /// Watches for passages through these stretches.
+    #[must_use]
+    pub fn watching(mut self, stretches: Vec<f64>) -> Self {
+        self.watched = stretches;
+        self
     }
 
     /// Right-hand side of a step that ends at the time `end` at the latest. Up to a jump of the pressure it has the
@@ -99,12 +138,17 @@ impl SphereMotion {
             return None;
         }
         let time = (state[TIME] * self.second).min(end);
-        let number = self.sphere.pressure_number(self.pressure.at(time));
-        let push = number * x * x;
+        let pressure = self.filling.pressure(time, volume(&self.sphere, x));
+        let push = self.sphere.pressure_number(pressure) * x * x;
         let first = self.sphere.rubber.first();
         let pull = 2.0 * self.sphere.rubber.at(x, x).stress[0] / first;
         let v = state[RATE];
-        Some(State::from([v, push - pull, push * v, 1.0]))
+        let power = if self.filling.is_driven() {
+            push * v
+        } else {
+            0.0
+        };
+        Some(State::from([v, push - pull, power, 1.0]))
     }
 
     /// Begins a step anew, after a break of the pressure.
@@ -121,53 +165,116 @@ impl SphereMotion {
     /// A sphere that bursts or collapses.
     pub fn advance(&mut self, end: f64) -> std::result::Result<(), SphereEnd> {
         while self.time < end {
-            let next = self.pressure.next_break(self.time);
-            let stop = end.min(next);
-            let left = (stop - self.time) / self.second;
-            let mut run = self.run.clone();
-            let step = run
-                .step(|state| self.rate(state, next.next_down()), left)
-                .map_err(|_| SphereEnd::Collapse(self.time))?;
-            // A maximum inside the step; its time is counted from the start of the step.
-            let peak = (step.from[RATE] > 0.0 && step.to[RATE] <= 0.0)
-                .then(|| self.peak(&step, next.next_down(), &mut run))
-                .flatten();
-            self.run = run;
-            self.time = if step.h >= left {
-                stop
-            } else {
-                self.time + step.h * self.second
-            };
-            let at = peak.unwrap_or(Height {
-                value: self.stretch() * self.sphere.radius,
-                time: self.time,
-            });
-            if at.value > self.highest.value {
-                self.highest = at;
-            }
-            if self.stretch() < 1.0 - COMPRESSED && self.compressed.is_none() {
-                self.compressed = Some(self.time);
-            }
-            if self.stretch() > BURST {
-                return Err(SphereEnd::Burst(self.time));
-            }
-            if self.time == next {
-                self.restart();
-            }
+            self.step(end)?;
         }
         Ok(())
     }
 
-    /// The maximum of the radius within a step.
-    fn peak(&self, step: &Step<State>, end: f64, run: &mut Dop853<State>) -> Option<Height> {
+    /// One step, at most to the time `end`, which lies ahead.
+    ///
+    /// # Errors
+    /// As [`SphereMotion::advance`].
+    pub fn step(&mut self, end: f64) -> std::result::Result<(), SphereEnd> {
+        let next = self.filling.next_break(self.time);
+        let stop = end.min(next);
+        let left = (stop - self.time) / self.second;
+        let mut run = self.run.clone();
+        let step = run
+            .step(|state| self.rate(state, next.next_down()), left)
+            .map_err(|_| SphereEnd::Collapse(self.time))?;
+        self.look(&step, next.next_down(), &mut run);
+        self.run = run;
+        self.time = if step.h >= left {
+            stop
+        } else {
+            self.time + step.h * self.second
+        };
+        self.rise(self.stretch(), self.time);
+        if self.stretch() > BURST {
+            return Err(SphereEnd::Burst(self.time));
+        }
+        if self.time == next {
+            self.restart();
+        }
+        Ok(())
+    }
+
+    /// Counts a stretch and its time among the highest. Of swings of one height the first counts.
+    fn rise(&mut self, stretch: f64, time: f64) {
+        let value = stretch * self.sphere.radius;
+        let swing = self.turns.len();
+        let least = if swing == self.highest_swing {
+            self.highest.value
+        } else {
+            self.highest.value * (1.0 + SAME)
+        };
+        if value > least {
+            self.highest = Height { value, time };
+            self.highest_swing = swing;
+        }
+    }
+
+    /// Looks for turns and passages within a step, which has begun at the present time.
+    fn look(&mut self, step: &Step<State>, end: f64, run: &mut Dop853<State>) {
+        let [from, to] = [&step.from, &step.to].map(|state| [state[RATE], state[STRETCH]]);
+        let turned = (from[0] > 0.0 && to[0] <= 0.0) || (from[0] < 0.0 && to[0] >= 0.0);
+        // Stretches at the start of the step, at its turn and at its end, each with its place in the step.
+        let mut nodes = vec![(0.0, from[1])];
+        if turned {
+            let ends = [(0.0, from[0]), (step.h, to[0])];
+            if let Some((h, stretch)) = self.root(step, end, run, ends, &|state| state[RATE]) {
+                let time = self.time + h * self.second;
+                self.rise(stretch, time);
+                self.turns.push(Turn { time, stretch });
+                nodes.push((h, stretch));
+            }
+        }
+        nodes.push((step.h, to[1]));
+        let levels: Vec<f64> = (self.watched.iter().copied())
+            .chain([1.0 - COMPRESSED])
+            .collect();
+        for part in nodes.windows(2) {
+            for &level in &levels {
+                let ends = [0, 1].map(|k| (part[k].0, part[k].1 - level));
+                let outward = ends[0].1 < 0.0 && ends[1].1 >= 0.0;
+                let inward = ends[0].1 >= 0.0 && ends[1].1 < 0.0;
+                if !(outward || inward) {
+                    continue;
+                }
+                let off = |state: &State| state[STRETCH] - level;
+                let Some((h, _)) = self.root(step, end, run, ends, &off) else {
+                    continue;
+                };
+                let time = self.time + h * self.second;
+                if level < 1.0 {
+                    if inward {
+                        self.compressed.get_or_insert(time);
+                    }
+                } else {
+                    self.passages.push(Passage {
+                        time,
+                        stretch: level,
+                        outward,
+                    });
+                }
+            }
+        }
+    }
+
+    /// The place within a step at which `number` of the state vanishes, between two places at which it is known, and
+    /// the stretch there.
+    fn root(
+        &self,
+        step: &Step<State>,
+        end: f64,
+        run: &mut Dop853<State>,
+        ends: [(f64, f64); 2],
+        number: &dyn Fn(&State) -> f64,
+    ) -> Option<(f64, f64)> {
         let mut at = |h: f64| step.redo(|state| self.rate(state, end), h, run.cost_mut());
-        let rate = |h: f64| at(h).map_or(f64::NAN, |step| step.to[RATE]);
-        let ends = [(0.0, step.from[RATE]), (step.h, step.to[RATE])];
-        let h = chandrupatla(rate, ends[0], ends[1], 0.0)?;
-        Some(Height {
-            value: at(h)?.to[STRETCH] * self.sphere.radius,
-            time: self.time + h * self.second,
-        })
+        let off = |h: f64| at(h).map_or(f64::NAN, |step| number(&step.to));
+        let h = chandrupatla(off, ends[0], ends[1], 0.0)?;
+        Some((h, at(h)?.to[STRETCH]))
     }
 
     /// Time.
@@ -185,20 +292,56 @@ impl SphereMotion {
         self.highest
     }
 
-    /// The end of the first step with a stretch below 1. A sphere without bending stiffness wrinkles there; this motion
+    /// The first time at which the stretch fell below 1. A sphere without bending stiffness wrinkles there; this motion
     /// stays spherical from then on, which a real one does not.
     pub fn compressed(&self) -> Option<f64> {
         self.compressed
     }
 
+    /// Rate of the radius.
+    pub fn velocity(&self) -> f64 {
+        self.run.state()[RATE] * self.sphere.radius / self.second
+    }
+
+    /// Maxima and minima of the stretch since the start, in the order of time.
+    pub fn turns(&self) -> &[Turn] {
+        &self.turns
+    }
+
+    /// Passages through the stretches that are watched.
+    pub fn passages(&self) -> &[Passage] {
+        &self.passages
+    }
+
+    /// Numbers of steps and of right-hand sides since the start.
+    pub fn work(&self) -> [u64; 2] {
+        let cost = self.run.cost();
+        [cost.steps, cost.evaluations]
+    }
+
+    /// The sphere.
+    pub fn sphere(&self) -> &Inflated {
+        &self.sphere
+    }
+
+    /// What presses it.
+    pub fn filling(&self) -> &Filling {
+        &self.filling
+    }
+
+    /// Radius.
+    pub fn radius(&self) -> f64 {
+        self.stretch() * self.sphere.radius
+    }
+
     /// Volume inside.
     pub fn volume(&self) -> f64 {
-        sphere::state(&self.sphere.rubber, self.stretch()).volume * self.sphere.radius.powi(3)
+        volume(&self.sphere, self.stretch())
     }
 
     /// Pressure inside less outside.
     pub fn pressure(&self) -> f64 {
-        self.pressure.at(self.time)
+        self.filling.pressure(self.time, self.volume())
     }
 
     /// Energies.
@@ -209,7 +352,15 @@ impl SphereMotion {
         MembraneLedger {
             kinetic: self.energy * 0.5 * state[RATE].powi(2),
             stored: self.energy * stored,
+            gas: self
+                .filling
+                .energy(volume(&self.sphere, 1.0), self.volume()),
             work: self.energy * state[WORK],
         }
     }
+}
+
+/// Volume inside of a sphere at a stretch.
+fn volume(sphere: &Inflated, stretch: f64) -> f64 {
+    4.0 / 3.0 * PI * (stretch * sphere.radius).powi(3)
 }

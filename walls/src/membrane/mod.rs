@@ -15,12 +15,14 @@
 
 pub mod breathing;
 mod disc;
+mod filling;
 pub mod gas;
 pub mod piston;
 pub mod rings;
 mod rubber;
 pub mod sphere;
 
+pub use filling::Filling;
 pub use rubber::{Biaxial, Rubber};
 
 use snaprod_core::solve::roots::chandrupatla;
@@ -81,12 +83,14 @@ pub struct InflatedState {
 /// A limit point: an extremum of the pressure along the chart.
 pub type LimitPoint = InflatedState;
 
-/// Pole stretch up to which limit points are sought: rubber tears far below.
-const MOST_STRETCH: f64 = 30.0;
+const MOST_STRETCH: f64 = Inflated::MOST_STRETCH;
 /// Least stretch at which slopes are formed by differences.
 const LEAST_STRETCH: f64 = 1.01;
 
 impl Inflated {
+    /// Pole stretch up to which limit points are sought: rubber tears far below.
+    pub const MOST_STRETCH: f64 = 30.0;
+
     /// A membrane of the given `radius` and `thickness`.
     ///
     /// # Errors

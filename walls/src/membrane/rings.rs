@@ -4,14 +4,14 @@
 //! width h, l2 its mean radius over the unloaded one. With the unloaded volumes v of the rings and the volume V below
 //! the surface the rims obey
 //! ```text
-//! m x'' = -d(sum v W(l1, l2))/dx + p(t) dV/dx,   V = sum (pi/3)(r0^2 + r0 r1 + r1^2)(z0 - z1),
+//! m x'' = -d(sum v W(l1, l2))/dx + p dV/dx,   V = sum (pi/3)(r0^2 + r0 r1 + r1^2)(z0 - z1),
 //! ```
-//! The pressure thus follows the surface, and d(kinetic + stored) = p dV up to the error of the steps. Each mass m
+//! The pressure p is given over time, or that of gas. The pressure follows the surface, and d(kinetic + stored) = p dV
+//! up to the error of the steps. Each mass m
 //! is the row sum of the mass matrix of linear elements. The steps are central differences in the velocity form, (6.41)
 //! of the thesis named in docs/tubes.md.
 
-use super::{Inflated, Shape};
-use snaprod_core::math::history::History;
+use super::{Filling, Inflated, Shape};
 use snaprod_core::{Error, Result};
 use std::f64::consts::PI;
 use std::fmt;
@@ -86,14 +86,16 @@ pub struct MembraneLedger {
     pub kinetic: f64,
     /// Stored energy.
     pub stored: f64,
-    /// Work of the pressure since the start.
+    /// Energy of the gas and of what is outside, less that at the start; 0 under a given pressure.
+    pub gas: f64,
+    /// Work of a given pressure since the start; 0 under gas.
     pub work: f64,
 }
 
 impl MembraneLedger {
-    /// Kinetic + stored - work: 0 from rest without load, up to the error of the steps.
+    /// Kinetic + stored + gas - work: 0 from rest without load, up to the error of the steps.
     pub fn error(&self) -> f64 {
-        self.kinetic + self.stored - self.work
+        self.kinetic + self.stored + self.gas - self.work
     }
 }
 
@@ -106,12 +108,12 @@ pub struct Height {
     pub time: f64,
 }
 
-/// A disc in motion under a pressure that is given over time.
+/// A disc in motion under a pressure that is given over time, or under gas.
 #[derive(Debug, Clone)]
 pub struct DiscMotion {
     disc: Inflated,
     density: f64,
-    pressure: History,
+    filling: Filling,
     /// Width h of a ring without load.
     width: f64,
     masses: Vec<f64>,
@@ -120,8 +122,11 @@ pub struct DiscMotion {
     velocities: Vec<[f64; 2]>,
     /// Forces on the rims, without those of the holds.
     forces: Vec<[f64; 2]>,
+    /// Derivatives of the volume by the places of the rims.
+    growth: Vec<[f64; 2]>,
     shape: Shaped,
     time: f64,
+    steps: u64,
     work: f64,
     highest: Height,
     wrinkle: Option<RingEvent>,
@@ -132,7 +137,9 @@ pub struct DiscMotion {
 struct Shaped {
     stored: f64,
     volume: f64,
-    /// Bound of the squared frequencies times the density and h^2/4: the modulus of the stiffest ring.
+    pressure: f64,
+    /// Bound of the squared frequencies times the density and h^2/4: the modulus of the stiffest ring, and what gas
+    /// adds.
     stiffest: f64,
     /// The first ring under compression, from the pole.
     pressed: Option<(usize, Direction)>,
@@ -141,12 +148,18 @@ struct Shaped {
 }
 
 impl DiscMotion {
-    /// A `disc` of the given `density` at rest without load, in `rings` conical rings, under `pressure` from time 0.
+    /// A `disc` of the given `density` at rest without load, in `rings` conical rings, under `filling` from time 0. A
+    /// history in time is a pressure.
     ///
     /// # Errors
     /// A membrane of another shape; a density that is not finite and positive; fewer than 2 rings; a history with
-    /// numbers that are not finite.
-    pub fn new(disc: Inflated, density: f64, rings: usize, pressure: History) -> Result<Self> {
+    /// numbers that are not finite; gas without a vessel.
+    pub fn new(
+        disc: Inflated,
+        density: f64,
+        rings: usize,
+        filling: impl Into<Filling>,
+    ) -> Result<Self> {
         if disc.shape != Shape::Disc {
             return Err(Error::domain(
                 "conical rings are for discs, shape = \"disc\": a sphere has one stretch, see membrane::breathing",
@@ -174,14 +187,16 @@ impl DiscMotion {
         let mut motion = Self {
             disc,
             density,
-            pressure: pressure.checked()?,
+            filling: filling.into().checked(0.0)?,
             width,
             masses,
             rims: (0..=rings).map(|i| [radius(i), 0.0]).collect(),
             velocities: vec![[0.0; 2]; rings + 1],
             forces: vec![[0.0; 2]; rings + 1],
+            growth: vec![[0.0; 2]; rings + 1],
             shape: Shaped::default(),
             time: 0.0,
+            steps: 0,
             work: 0.0,
             highest: Height {
                 value: 0.0,
@@ -193,12 +208,51 @@ impl DiscMotion {
         Ok(motion)
     }
 
+    /// Volume at the present places, and its derivatives.
+    fn grow(&mut self) -> f64 {
+        let mut volume = 0.0;
+        self.growth.fill([0.0; 2]);
+        for i in 0..self.rims.len() - 1 {
+            let ([r0, z0], [r1, z1]) = (self.rims[i], self.rims[i + 1]);
+            let disc = PI / 3.0 * (r0 * r0 + r0 * r1 + r1 * r1);
+            let wide = PI / 3.0 * (z0 - z1);
+            volume += disc * (z0 - z1);
+            self.growth[i][0] += wide * (2.0 * r0 + r1);
+            self.growth[i][1] += disc;
+            self.growth[i + 1][0] += wide * (r0 + 2.0 * r1);
+            self.growth[i + 1][1] -= disc;
+        }
+        volume
+    }
+
+    /// Bound of what gas adds to the squared frequencies: -dp/dV sum (dV/dx)^2/m over the rims that move.
+    fn of_gas(&self, volume: f64) -> f64 {
+        let stiffness = self.filling.stiffness(volume);
+        if stiffness == 0.0 {
+            return 0.0;
+        }
+        let moving = self.growth.iter().zip(&self.masses).rev().skip(1);
+        stiffness
+            * moving
+                .map(|([a, b], mass)| (a * a + b * b) / mass)
+                .sum::<f64>()
+    }
+
     /// Forces, energy and volume at the present places, under the pressure at `time`.
     fn load(&mut self, time: f64) {
-        let pressure = self.pressure.at(time);
+        let volume = self.grow();
+        let pressure = self.filling.pressure(time, volume);
         let rubber = self.disc.rubber;
-        let mut shape = Shaped::default();
-        self.forces.fill([0.0; 2]);
+        let mut shape = Shaped {
+            volume,
+            pressure,
+            stiffest: 0.25 * self.density * self.width.powi(2) * self.of_gas(volume),
+            ..Shaped::default()
+        };
+        for (force, growth) in self.forces.iter_mut().zip(&self.growth) {
+            *force = growth.map(|part| pressure * part);
+        }
+        let of_gas = shape.stiffest;
         for i in 0..self.rims.len() - 1 {
             let ([r0, z0], [r1, z1]) = (self.rims[i], self.rims[i + 1]);
             let (along, fall) = (r1 - r0, z0 - z1);
@@ -225,21 +279,16 @@ impl DiscMotion {
             // The gradient of the stored energy.
             let pull = unloaded * at.stress[0] / (self.width * length);
             let hoop = unloaded * at.stress[1] / (2.0 * middle);
-            // The gradient of the volume, by r and by the fall.
-            let third = PI / 3.0 * pressure;
-            let disc = third * (r0 * r0 + r0 * r1 + r1 * r1);
-            shape.volume += PI / 3.0 * (r0 * r0 + r0 * r1 + r1 * r1) * fall;
-            let wide = third * fall;
             let [inner, outer] = [i, i + 1];
-            self.forces[inner][0] += pull * along - hoop + wide * (2.0 * r0 + r1);
-            self.forces[inner][1] += disc - pull * fall;
-            self.forces[outer][0] += wide * (r0 + 2.0 * r1) - pull * along - hoop;
-            self.forces[outer][1] += pull * fall - disc;
+            self.forces[inner][0] += pull * along - hoop;
+            self.forces[inner][1] -= pull * fall;
+            self.forces[outer][0] -= pull * along + hoop;
+            self.forces[outer][1] += pull * fall;
             let [w11, w12, w22] = at.moduli;
             let slim = 0.5 * self.width / middle;
             let across = at.stress[0] / l1;
             let modulus = w11.max(across) + slim * (2.0 * w12.abs() + slim * w22);
-            shape.stiffest = shape.stiffest.max(modulus);
+            shape.stiffest = shape.stiffest.max(of_gas + modulus);
         }
         self.shape = shape;
     }
@@ -257,10 +306,13 @@ impl DiscMotion {
         }
     }
 
-    /// One step, at most to the time `end`.
-    fn step(&mut self, end: f64) -> std::result::Result<(), Collapse> {
+    /// One step, at most to the time `end`, which lies ahead.
+    ///
+    /// # Errors
+    /// As [`DiscMotion::advance`].
+    pub fn step(&mut self, end: f64) -> std::result::Result<(), Collapse> {
         let longest = SAFE * self.width * (self.density / self.shape.stiffest).sqrt();
-        let jump = self.pressure.next_break(self.time);
+        let jump = self.filling.next_break(self.time);
         let stop = end.min(jump);
         let left = stop - self.time;
         // The last two steps share the time left: neither is tiny.
@@ -270,7 +322,7 @@ impl DiscMotion {
             longest.min(0.5 * left)
         };
         let (height, rise) = (self.rims[0][1], self.velocities[0][1]);
-        let (before, load) = (self.shape.volume, self.pressure.at(self.time));
+        let (before, load) = (self.shape.volume, self.shape.pressure);
         self.kick(0.5 * step);
         for (rim, velocity) in self.rims.iter_mut().zip(&self.velocities) {
             rim[0] += step * velocity[0];
@@ -282,7 +334,10 @@ impl DiscMotion {
         let within = self.time.min(jump.next_down());
         self.load(within);
         self.kick(0.5 * step);
-        self.work += 0.5 * (load + self.pressure.at(within)) * (self.shape.volume - before);
+        if self.filling.is_driven() {
+            self.work += 0.5 * (load + self.shape.pressure) * (self.shape.volume - before);
+        }
+        self.steps += 1;
         if within < self.time {
             self.load(self.time);
         }
@@ -362,7 +417,23 @@ impl DiscMotion {
 
     /// Pressure inside less outside.
     pub fn pressure(&self) -> f64 {
-        self.pressure.at(self.time)
+        self.shape.pressure
+    }
+
+    /// Velocity of the pole, upward.
+    pub fn velocity(&self) -> f64 {
+        self.velocities[0][1]
+    }
+
+    /// Radii of the rims without load, from the pole to the edge.
+    pub fn unloaded_radii(&self) -> impl Iterator<Item = f64> {
+        let width = self.width;
+        (0..self.rims.len()).map(move |i| i as f64 * width)
+    }
+
+    /// Number of steps since the start.
+    pub fn steps(&self) -> u64 {
+        self.steps
     }
 
     /// The first compression of a ring. A sheet without bending stiffness wrinkles there. The rings bear the
@@ -379,6 +450,7 @@ impl DiscMotion {
                 .map(|(mass, [a, b])| 0.5 * mass * (a * a + b * b))
                 .sum(),
             stored: self.shape.stored,
+            gas: self.filling.energy(0.0, self.shape.volume),
             work: self.work,
         }
     }

@@ -108,7 +108,7 @@ impl Simulation {
     pub fn pushed(scene: &Scene, bodies: &[&str]) -> Result<Self> {
         if scene.is_medium() {
             return Err(Error::domain(
-                "a bar or a flow cannot be stepped: its waves are run from beginning to end",
+                "a bar, a flow or a membrane cannot be stepped: it is run from beginning to end",
             ));
         }
         if scene.run()?.landing == LandingRule::All {
