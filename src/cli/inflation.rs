@@ -181,12 +181,12 @@ pub fn text(record: &InflationRecord, out: Option<&Path>) -> String {
     ));
     if let Some(last) = record.last() {
         line(format!(
-            "{}: height {}, stretch {}, pressure {}, the ledger is open by {} of its largest term",
+            "{}: height {}, stretch {}, pressure {}, the ledger is open by {:.0e} of its largest term",
             time(last.time),
             with(last.height, u.length()),
             rounded(last.stretch, 6),
             with(last.pressure, u.stress()),
-            rounded(record.closing.relative(), 2),
+            record.closing.relative(),
         ));
     }
     if let Some(out) = out {

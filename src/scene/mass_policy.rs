@@ -159,9 +159,7 @@ impl Scene {
             | SceneKind::Bar(_)
             | SceneKind::Flow(_)
             | SceneKind::Inflation(_)
-            | SceneKind::Wall(_) => {
-                choose(&mut self.rod, rods.contains(&0))
-            }
+            | SceneKind::Wall(_) => choose(&mut self.rod, rods.contains(&0)),
             SceneKind::Assembly(given) => {
                 for (k, rod) in given.rods.iter_mut().enumerate() {
                     choose(&mut rod.rod, rods.contains(&k));

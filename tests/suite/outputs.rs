@@ -92,7 +92,10 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
     (
         "disc_in_motion",
         &[
-            ("ramp = { to = 1.65, until = 2e-3 }", "block = { size = 3.0, until = 4e-3 }"),
+            (
+                "ramp = { to = 1.65, until = 2e-3 }",
+                "block = { size = 3.0, until = 4e-3 }",
+            ),
             ("elements = 40", "elements = 10"),
         ],
     ),

@@ -106,7 +106,7 @@ BodySolid = TypedDict(
 Body = TypedDict(
     "Body",
     {
-        "angular_velocity": Numbers, "axis": Numbers,
+        "angular_velocity": Numbers, "area": float, "axis": Numbers,
         "couple": Union[float, Union[BodyCouple, Sequence[Any], NDArray[float64]]], "damping": float, "drag": float,
         "force": Union[float, Union[BodyCouple, Sequence[Any], NDArray[float64]]], "groove": BodyGroove,
         "guess": BodyGuess, "inertia": Union[Numbers, Table],
@@ -269,8 +269,8 @@ Loads = TypedDict(
     {
         "couple": Union[BodyCouple, Sequence[Any], NDArray[float64]], "dead": Numbers,
         "distributed": Union[Numbers, LoadsDistributed], "drag": float, "follower": Union[Numbers, LoadsDistributed],
-        "force": Union[Union[BodyCouple, Sequence[BodyCouple]], BodyCouple], "gravity": Numbers, "load": float,
-        "pressure": float, "rotational_drag": float,
+        "force": Union[Union[BodyCouple, Sequence[BodyCouple]], float, DownstreamFlow, BodyCouple],
+        "gravity": Numbers, "load": float, "pressure": Union[float, DownstreamFlow], "rotational_drag": float,
     },
     total=False,
 )
@@ -287,7 +287,8 @@ MembraneLaw = TypedDict(
 Membrane = TypedDict(
     "Membrane",
     {
-        "law": MembraneLaw, "radius": float, "shape": Literal["sphere", "disc"], "thickness": float,
+        "density": float, "elements": int, "law": MembraneLaw, "radius": float, "shape": Literal["sphere", "disc"],
+        "thickness": float,
     },
     total=False,
 )

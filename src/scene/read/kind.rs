@@ -53,7 +53,9 @@ pub(super) fn scene_kind(document: &DeTable) -> Kinds {
             return if flows { FLOWS } else { TUBES };
         }
         if document.contains_key("membrane") {
-            let moves = ["run", "body"].iter().any(|name| document.contains_key(*name));
+            let moves = ["run", "body"]
+                .iter()
+                .any(|name| document.contains_key(*name));
             return if moves { INFLATIONS } else { MEMBRANES };
         }
     }

@@ -56,6 +56,11 @@ trait Moving {
     /// The state at the time `t`, which has been reached just now.
     fn moment(&mut self, t: f64) -> Result<InflationMoment>;
 
+    /// States before and after jumps since the last sample.
+    fn jumps(&mut self) -> Vec<InflationMoment> {
+        Vec::new()
+    }
+
     /// Rows [unloaded radius, r, z] of the profile of a disc; empty for others.
     fn profile(&self) -> Vec<[f64; 3]> {
         Vec::new()
@@ -145,9 +150,10 @@ pub fn run(
             }
             Ok(true) => {}
         }
-        let moment = motion.moment(t)?;
-        let row = record.look(moment);
-        trajectory.row(&row, sink, hooks)?;
+        for moment in motion.jumps().into_iter().chain([motion.moment(t)?]) {
+            let row = record.look(moment);
+            trajectory.row(&row, sink, hooks)?;
+        }
         if let (Some(fields), true) = (fields, i % stride == 0 || i == last) {
             let profile = motion.profile();
             for [s, r, z] in &profile {

@@ -24,6 +24,10 @@ pub(super) struct PistonMotion<'p> {
     gas: f64,
     highest: Height,
     snaps: Vec<Value>,
+    /// The state at the end of the last step.
+    now: Sample<1>,
+    /// States before and after the snaps since the last sample.
+    jumps: Vec<InflationMoment>,
     /// True at the end of time.
     done: bool,
 }
@@ -43,6 +47,8 @@ impl<'p> PistonMotion<'p> {
             options,
         )?;
         let mut motion = Self {
+            now: run.now(),
+            jumps: Vec::new(),
             run,
             start,
             piston,
@@ -91,8 +97,8 @@ impl<'p> PistonMotion<'p> {
 
     /// Looks at the step that has just been made, whose velocity at the start was `before`.
     fn look(&mut self, from: f64, to: f64, before: f64) -> std::result::Result<(), InflationEnd> {
-        let now = self.run.now();
-        let (x, after) = (now.phase.q[0], now.phase.v[0]);
+        self.now = self.run.now();
+        let (x, after) = (self.now.phase.q[0], self.now.phase.v[0]);
         if before * after < 0.0 {
             let run = &mut self.run;
             let velocity = |t: f64| run.sample(t).map_or(f64::NAN, |at| at.phase.v[0]);
@@ -130,6 +136,11 @@ impl<'p> PistonMotion<'p> {
             "to": side(snap.to.q[0])?,
             "released": snap.released * scale.energy(),
         });
+        let time = snap.t * scale.time;
+        let before = self.describe(time, &self.now)?;
+        self.now = self.run.now();
+        let after = self.describe(time, &self.now)?;
+        self.jumps.extend([before, after]);
         self.rise(snap.to.q[0], snap.t);
         Ok(event)
     }
@@ -137,7 +148,7 @@ impl<'p> PistonMotion<'p> {
     /// The name of an end of the run.
     fn end(&self, outcome: Outcome) -> InflationEnd {
         let time = Moving::time(self);
-        let x = self.run.now().phase.q[0];
+        let x = self.now.phase.q[0];
         match outcome {
             Outcome::Stuck(_) if x < 1.0 + AT_END => InflationEnd::Slack(time),
             Outcome::Stuck(_) if x > Inflated::MOST_STRETCH * (1.0 - AT_END) => {
@@ -154,7 +165,7 @@ impl Moving for PistonMotion<'_> {
             if Moving::time(self) >= t {
                 break;
             }
-            let before = self.run.now().phase.v[0];
+            let before = self.now.phase.v[0];
             match self.run.next() {
                 Some(Event::Step { from, to }) => self.look(from, to, before)?,
                 Some(Event::Snap(snap)) => {
@@ -185,6 +196,10 @@ impl Moving for PistonMotion<'_> {
             None => self.run.now(),
         };
         self.describe(t, &now)
+    }
+
+    fn jumps(&mut self) -> Vec<InflationMoment> {
+        std::mem::take(&mut self.jumps)
     }
 
     fn finish(&self, record: &mut InflationRecord) {

@@ -62,10 +62,9 @@ pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
     scene.refuse_functions("memory")?;
     match scene.kind {
         SceneKind::Rod => {}
-        SceneKind::Bar(_)
-        | SceneKind::Flow(_)
-        | SceneKind::Inflation(_)
-        | SceneKind::Wall(_) => scene.body().map(drop)?,
+        SceneKind::Bar(_) | SceneKind::Flow(_) | SceneKind::Inflation(_) | SceneKind::Wall(_) => {
+            scene.body().map(drop)?
+        }
         SceneKind::Assembly(_) => {
             return Err(Error::domain(
                 "the memory told here is that of one rod and its end: write it as [rod] with [clamp], [body], [start] and [run] in place of [[rod]] and [[body]]",

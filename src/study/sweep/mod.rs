@@ -265,7 +265,12 @@ impl Sweep {
         } else if scene.flow().is_some() {
             &["outcome", "end.t"]
         } else if scene.inflation().is_some() {
-            &["outcome", "end.t", "max_height.value", "energy_error.relative"]
+            &[
+                "outcome",
+                "end.t",
+                "max_height.value",
+                "energy_error.relative",
+            ]
         } else if scene.wall().is_some() {
             &["pressure", "energy"]
         } else if scene.is_assembly() && scene.is_motion() {
