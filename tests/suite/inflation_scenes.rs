@@ -148,7 +148,7 @@ fn a_balloon_under_a_step() {
         }
     }
     // The bundled balloon goes out and in through both of its folds.
-    let (record, _) = ran(&bundled("balloon_step", &["run.duration=6.0"]));
+    let (record, _) = ran(&bundled("balloon_step", &["run.duration=8.0"]));
     assert_eq!(kinds(&record), ["fold"; 4], "{:?}", record.events);
 }
 

@@ -87,7 +87,7 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     ("starling", &[]),
-    ("balloon_step", &[("duration = 20.0", "duration = 6.0")]),
+    ("balloon_step", &[("duration = 20.0", "duration = 12.5")]),
     ("balloon_step", &[("pressure = 2.6", "pressure = 7.0")]),
     (
         "disc_in_motion",

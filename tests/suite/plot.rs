@@ -182,6 +182,33 @@ fn small_multiples_share_axes_and_legend() {
     refused(small_multiples("two", &bad, &Paper::SCREEN));
 }
 
+/// Catches panels over different times, curves of one colour, and marks without a name.
+#[test]
+fn stacked_panels_share_the_axis_across() {
+    let panel = |up: &str, top: f64| Lines {
+        x_label: "time".into(),
+        y_label: up.into(),
+        series: vec![Series {
+            x: vec![0.0, top],
+            y: vec![0.0, top],
+            ..Series::default()
+        }],
+        ..Lines::default()
+    };
+    let panels = [panel("low", 1.0), panel("high", 40.0)];
+    let svg = stacked("", &panels, (&[0.5], "jump"), &Paper::SCREEN).unwrap();
+    let count = |word: &str| svg.matches(&format!("\n{word}\n")).count();
+    assert_eq!(["time", "low", "high", "jump"].map(count), [1; 4]);
+    let colours = ["0072B2", "D55E00"].map(|colour| svg.contains(colour));
+    assert_eq!(colours, [true; 2]);
+    let none = stacked("", &panels, (&[], "jump"), &Paper::SCREEN).unwrap();
+    assert!(!none.contains("jump"));
+    let mut bad = panels.clone();
+    bad[1].series[0].y.pop();
+    refused(stacked("", &bad, (&[], ""), &Paper::SCREEN));
+    refused(stacked("", &[], (&[], ""), &Paper::SCREEN));
+}
+
 /// Extreme numbers that must not break a figure.
 const BAD: [f64; 6] = [
     f64::NAN,
