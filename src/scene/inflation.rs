@@ -19,7 +19,7 @@ pub struct InflationScene {
     pub membrane: Inflated,
     /// Constants of Biderman's law, which has the others as parts.
     pub constants: [f64; 4],
-    /// What moves.
+    /// The part with mass: the membrane, or a piston.
     pub mover: Mover,
     /// Duration of the motion.
     pub duration: f64,
@@ -27,7 +27,7 @@ pub struct InflationScene {
     pub samples: usize,
 }
 
-/// What has the mass of a membrane in motion.
+/// The part with mass of a membrane in motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Mover {
     /// The membrane itself, at rest and unloaded at the start.
@@ -36,7 +36,7 @@ pub enum Mover {
         density: f64,
         /// Number of rings of a disc.
         elements: usize,
-        /// What presses it.
+        /// A pressure over time, or gas.
         filling: Filling,
     },
     /// A heavy piston on the vessel of a light balloon.
@@ -72,7 +72,7 @@ pub enum InflationStart {
     Piston(Box<PistonStart>),
 }
 
-/// A piston at its start, in its own units.
+/// A piston at the start of a motion, in the units of [`PistonScale`].
 pub struct PistonStart {
     /// The balloon with its vessel.
     pub manifold: PistonOnBalloon,
@@ -225,7 +225,7 @@ impl PistonScene {
         self.contents / (pressure + self.vessel.outside) - volume
     }
 
-    /// The piston at its start, in its units.
+    /// The piston at the start, in the units of [`PistonScale`].
     fn start(&self, balloon: &Inflated, constants: [f64; 4]) -> Result<PistonStart> {
         let first = constants[0];
         let scale = PistonScale {

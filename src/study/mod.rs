@@ -76,8 +76,8 @@ pub trait Hooks {
         false
     }
 
-    /// Called with every event of a run, in the form of events.json, bounces included. A bar, a flow or a membrane tells
-    /// its events at its end.
+    /// Called with every event of a run, in the form of events.json, bounces included. A bar, a flow or a membrane
+    /// tells the events at the end.
     fn event(&mut self, _event: serde_json::Value) {}
 
     /// For branches: number of points with shapes for figures, in addition to the few of every record and the special

@@ -443,7 +443,7 @@ fn a_piston_makes_a_balloon_snap() {
     );
 }
 
-/// Catches a bundled piston that does not snap out and back, and plans that lack a model.
+/// Catches a bundled piston that snaps out and not back, and plans without a model.
 #[test]
 fn bundled_membranes_run_and_have_plans() {
     let (record, _) = ran(&bundled("piston", &[]));

@@ -110,7 +110,7 @@ const WITHOUT_PISTON: &str = "without a piston, [body]";
 const UNLOADED: &str =
     "a membrane with density starts unloaded and at rest, under [loads] pressure or [gas]";
 
-/// Refuses a field that is given where it must be left out.
+/// Refuses a given field of another kind of motion.
 fn left_out(table: &Table, name: &str, place: &str, hint: &str) -> Option<()> {
     if !table.has(name) {
         return Some(());

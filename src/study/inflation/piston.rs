@@ -95,7 +95,7 @@ impl<'p> PistonMotion<'p> {
         }
     }
 
-    /// Looks at the step that has just been made, whose velocity at the start was `before`.
+    /// Looks at the last step, from the time `from` with the velocity `before` to the time `to`.
     fn look(&mut self, from: f64, to: f64, before: f64) -> std::result::Result<(), InflationEnd> {
         self.now = self.run.now();
         let (x, after) = (self.now.phase.q[0], self.now.phase.v[0]);

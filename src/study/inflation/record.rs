@@ -23,7 +23,7 @@ pub struct InflationMoment {
     pub piston: Option<f64>,
     /// Velocity of the piston into the vessel, or rate of the height without a piston.
     pub velocity: f64,
-    /// Energies. The potential is that of the gas and of what is outside, 0 at the start.
+    /// Energies. The potential is that of the gas and of the air outside, 0 at the start.
     pub ledger: Ledger,
 }
 
@@ -36,9 +36,9 @@ pub enum InflationEnd {
     Implosion(f64),
     /// A ring of a disc collapsed.
     Collapse(Collapse),
-    /// A piston drew its balloon slack, at this time.
+    /// A piston drew the balloon slack, at this time.
     Slack(f64),
-    /// A piston came to the bottom of its vessel, at this time.
+    /// A piston came to the bottom of the vessel, at this time.
     Bottom(f64),
     /// Another end of the run of a piston, at this time.
     Stopped(f64, Outcome),
@@ -109,7 +109,7 @@ pub struct Oscillation {
     pub max: f64,
 }
 
-/// A pressure at which a sphere snaps, with the stretch there.
+/// A pressure at which a sphere snaps, and the stretch of the sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SnapPressure {
     /// Pressure inside less outside.

@@ -324,7 +324,7 @@ impl SphereMotion {
         &self.sphere
     }
 
-    /// What presses it.
+    /// The pressure over time, or the gas.
     pub fn filling(&self) -> &Filling {
         &self.filling
     }

@@ -10,7 +10,7 @@ use super::gas::Vessel;
 use snaprod_core::math::history::History;
 use snaprod_core::{Error, Result};
 
-/// What presses a membrane in motion.
+/// A pressure over time, or gas, in a membrane in motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Filling {
     /// Pressure inside less outside, over time.
