@@ -181,13 +181,15 @@ pub fn text(record: &InflationRecord, out: Option<&Path>) -> String {
     ));
     if let Some(last) = record.last() {
         line(format!(
-            "{}: height {}, stretch {}, pressure {}, the ledger is open by {:.0e} of its largest term",
+            "{}: height {}, stretch {}, pressure {}",
             time(last.time),
             with(last.height, u.length()),
             rounded(last.stretch, 6),
             with(last.pressure, u.stress()),
-            record.closing.relative(),
         ));
+    }
+    if let Some(why) = record.warning() {
+        line(format!("note: {why}"));
     }
     if let Some(out) = out {
         line(format!("written to {}", out.display()));

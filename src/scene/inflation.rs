@@ -259,7 +259,7 @@ impl PistonScene {
         let at = balloon.at_stretch(stretch)?;
         if manifold.point(&Vector1::new(stretch)).is_none() {
             return Err(Error::domain(format!(
-                "the gas has the absolute pressure {} at the stretch {stretch} of the balloon: it must be > 0, so give \
+                "the gas has the absolute pressure {:?} at the stretch {stretch} of the balloon: it must be > 0, so give \
                  gas.outside or a larger start.stretch",
                 at.pressure + self.vessel.outside
             )));
@@ -267,7 +267,7 @@ impl PistonScene {
         let room = self.room(at.pressure, at.volume);
         if !(room > 0.0) {
             return Err(Error::domain(format!(
-                "the balloon of the volume {} holds more than all of the gas, gas.contents = {}, at the stretch \
+                "the balloon of the volume {:?} holds more than all of the gas, gas.contents = {:?}, at the stretch \
                  {stretch}: give more gas",
                 at.volume, self.contents
             )));

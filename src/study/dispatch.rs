@@ -153,7 +153,7 @@ impl SceneRun<'_> {
                 summary: record.summary(),
                 events: record.events.clone(),
                 reason: record.reason(),
-                warning: None,
+                warning: record.warning(),
                 state: Err("the state of a membrane is not saved".to_owned()),
             },
         }

@@ -434,6 +434,8 @@ fn a_piston_makes_a_balloon_snap() {
     let (record, _) = piston(&["start.velocity=-40.0", "run.duration=100.0"]);
     assert_eq!(record.outcome(), "slack", "{:?}", record.reason());
     assert!(record.summary()["end"]["stretch"].is_number());
+    let (record, _) = piston(&["start.stretch=1.0", "start.velocity=-1.0"]);
+    assert_eq!(record.outcome(), "slack", "{:?}", record.reason());
     let (record, _) = piston(&["loads.force=2.0", "run.duration=60.0"]);
     assert_eq!(record.outcome(), "bottom", "{:?}", record.reason());
     assert!(

@@ -620,7 +620,7 @@ pub(super) static START: Spec = spec("start", &[
     field("angular_velocity", SPACE, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a welded body, likewise."),
     field("with_clamp", MOTION, Flag, "", Or("false"), "On a clamp that moves or turns already at t = 0 (as under a sine of phase 0): true, the velocities come on top of those at which it carries the end, so that a rod starts at rest on its clamp; false, they are those in the world, where the body stands still while the clamp moves off."),
     field("stretch", INFLATIONS, Number(&STRETCH), "", No, "Stretch of the balloon below a piston, at least 1; without it that of the equilibrium under loads.force at t = 0."),
-    field("velocity", INFLATIONS, Number(&FINITE), "m/s", Or("0.0"), "Velocity of the piston into the vessel."),
+    field("velocity", INFLATIONS, Number(&VALUE), "m/s", Or("0.0"), "Velocity of the piston into the vessel."),
     field("stretch", MEMBRANES, Number(&STRETCH), "", No, "Stretch at the pole, at least 1; or [loads] pressure, or [gas]."),
     field("stretch", BAR, Number(&POSITIVE), "", Or("1.0"), "Uniform stretch of the bar."),
     field("velocity", BAR, Number(&FINITE), "m/s", Or("0.0"), "Uniform velocity of the bar along +X; beside a wall a blow."),

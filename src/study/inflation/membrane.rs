@@ -1,6 +1,8 @@
 //! Spheres and discs with mass, in a run.
 
-use super::{InflationEnd, InflationMoment, InflationRecord, Moving, Oscillation, SnapPressure};
+use super::{
+    InflationEnd, InflationMoment, InflationRecord, Moving, NO_STEP, Oscillation, SnapPressure,
+};
 use crate::error::Result;
 use crate::membrane::breathing::{SphereEnd, SphereMotion};
 use crate::membrane::rings::{DiscMotion, MembraneLedger};
@@ -30,6 +32,7 @@ impl Moving for SphereMotion {
             self.step(t).map_err(|end| match end {
                 SphereEnd::Burst(t) => InflationEnd::Burst(t),
                 SphereEnd::Collapse(t) => InflationEnd::Implosion(t),
+                SphereEnd::Stuck(t) => InflationEnd::Stuck(t, NO_STEP.to_owned()),
             })?;
         }
         Ok(())

@@ -18,6 +18,9 @@ const PROFILES: usize = 400;
 /// Number of steps between two checks for an interrupt.
 const STRETCH: usize = 2_000;
 
+/// The end of a motion without a step that is short enough.
+const NO_STEP: &str = "no step is short enough for so fast a motion: look at the units of masses, pressures and forces";
+
 /// A scene of a membrane in motion, ready to run.
 pub struct InflationPrepared {
     scene: Value,

@@ -1,7 +1,7 @@
 //! A heavy piston on the vessel of a light balloon, in a run.
 
-use super::{InflationEnd, InflationMoment, InflationRecord, Moving};
-use crate::error::Result;
+use super::{InflationEnd, InflationMoment, InflationRecord, Moving, NO_STEP};
+use crate::error::{Cause, Result};
 use crate::membrane::Inflated;
 use crate::membrane::piston::PistonOnBalloon;
 use crate::membrane::rings::Height;
@@ -11,8 +11,9 @@ use crate::solve::roots::chandrupatla;
 use nalgebra::Vector1;
 use serde_json::{Value, json};
 
-/// Distance from the stretches at which the balloon is slack or bursts, up to which a run that is stuck ended there.
-const AT_END: f64 = 1e-6;
+/// Distance from the stretches at which the balloon is slack or bursts, from which on the run ends: steps towards those
+/// stretches become shorter and shorter.
+const AT_END: f64 = 1e-9;
 
 /// A piston that moves.
 pub(super) struct PistonMotion<'p> {
@@ -108,13 +109,20 @@ impl<'p> PistonMotion<'p> {
             }
         }
         self.rise(x, to);
+        let time = to * self.start.scale.time;
+        if x < 1.0 + AT_END && after < 0.0 {
+            return Err(InflationEnd::Slack(time));
+        }
+        if x > Inflated::MOST_STRETCH * (1.0 - AT_END) {
+            return Err(InflationEnd::Burst(time));
+        }
         let Ok(state) = self.balloon.at_stretch(x) else {
             return Ok(());
         };
         if self.piston.room(state.pressure, state.volume) > 0.0 {
             return Ok(());
         }
-        Err(InflationEnd::Bottom(to * self.start.scale.time))
+        Err(InflationEnd::Bottom(time))
     }
 
     /// A snap as an event, in the units of the scene.
@@ -148,11 +156,13 @@ impl<'p> PistonMotion<'p> {
     /// The name of an end of the run.
     fn end(&self, outcome: Outcome) -> InflationEnd {
         let time = Moving::time(self);
-        let x = self.now.phase.q[0];
         match outcome {
-            Outcome::Stuck(_) if x < 1.0 + AT_END => InflationEnd::Slack(time),
-            Outcome::Stuck(_) if x > Inflated::MOST_STRETCH * (1.0 - AT_END) => {
-                InflationEnd::Burst(time)
+            Outcome::Stuck(stuck) => {
+                let why = match stuck.cause {
+                    Cause::Failed(why) => format!("{why}; start with less speed, or give more gas"),
+                    _ => NO_STEP.to_owned(),
+                };
+                InflationEnd::Stuck(time, why)
             }
             other => InflationEnd::Stopped(time, other),
         }

@@ -6,6 +6,9 @@ use crate::scene::{InflationScene, Units};
 use crate::study::{Cell, exact};
 use serde_json::{Value, json};
 
+/// Error of the ledger, over its largest term, from which its energies are doubted.
+const OPEN: f64 = 1e-3;
+
 /// The numbers of a membrane in motion at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InflationMoment {
@@ -40,7 +43,9 @@ pub enum InflationEnd {
     Slack(f64),
     /// A piston came to the bottom of the vessel, at this time.
     Bottom(f64),
-    /// Another end of the run of a piston, at this time.
+    /// The computation did not go on at this time, for this reason.
+    Stuck(f64, String),
+    /// A bound on the run of a piston, at this time.
     Stopped(f64, Outcome),
 }
 
@@ -52,6 +57,7 @@ impl InflationEnd {
             Self::Implosion(_) | Self::Collapse(_) => "collapse",
             Self::Slack(_) => "slack",
             Self::Bottom(_) => "bottom",
+            Self::Stuck(..) => "stuck",
             Self::Stopped(_, outcome) => outcome.key(),
         }
     }
@@ -64,6 +70,7 @@ impl InflationEnd {
             | Self::Implosion(t)
             | Self::Slack(t)
             | Self::Bottom(t)
+            | Self::Stuck(t, _)
             | Self::Stopped(t, _) => *t,
         }
     }
@@ -82,14 +89,15 @@ impl InflationEnd {
             ),
             Self::Slack(_) => "the piston has drawn the balloon slack, and a slack balloon wrinkles: start with less speed, or push more".to_owned(),
             Self::Bottom(_) => "the piston has come to the bottom of the vessel, and all gas is in the balloon: give more gas, or push less".to_owned(),
-            Self::Stopped(_, outcome) => outcome.to_string(),
+            Self::Stuck(_, why) => why.clone(),
+            Self::Stopped(_, outcome) => format!("{outcome}: end the run earlier, or make the piston heavier"),
         }
     }
 
     /// The end as an event, if it is one of the membrane.
     pub(super) fn event(&self) -> Option<Value> {
         match self {
-            Self::Stopped(..) => None,
+            Self::Stuck(..) | Self::Stopped(..) => None,
             Self::Collapse(Collapse { at, stretch }) => Some(json!({
                 "kind": "collapse", "t": at.time, "ring": at.ring, "direction": at.direction.to_string(), "stretch": stretch,
             })),
@@ -222,6 +230,18 @@ impl InflationRecord {
         self.interrupted.then(|| "it was interrupted".to_owned())
     }
 
+    /// Warning about energies that do not balance.
+    pub fn warning(&self) -> Option<String> {
+        let open = self.closing.relative();
+        // NaN is open.
+        (!(open <= OPEN)).then(|| {
+            format!(
+                "the ledger is open by {open:.0e} of its largest term, and the energies cannot be trusted: the motion is small beside the numbers of \
+                 its energies, or the disc needs more elements"
+            )
+        })
+    }
+
     /// The last sample.
     pub fn last(&self) -> Option<&InflationMoment> {
         self.moments.last()
@@ -239,6 +259,7 @@ impl InflationRecord {
             "scene": self.scene,
             "outcome": self.outcome(),
             "reason": self.reason(),
+            "warning": self.warning(),
             "max_height": { "value": self.max_height.value, "at": self.max_height.time },
             "energy_error": { "absolute": self.closing.error, "relative": self.closing.relative() },
             "work": { "steps": self.work[0], "evaluations": self.work[1] },

@@ -25,6 +25,9 @@ const TIME: usize = 3;
 const TOLERANCE: f64 = 1e-12;
 /// Stretch from which a sphere counts as burst.
 const BURST: f64 = 30.0;
+/// Least stretch, and a stretch from which steps that collapse do so at the least stretch.
+const COLLAPSED: f64 = 0.1;
+const NEARLY_COLLAPSED: f64 = 0.11;
 /// Stretch below 1 from which a sphere counts as compressed: rounding lies far below.
 const COMPRESSED: f64 = 1e-9;
 
@@ -76,8 +79,10 @@ pub struct SphereMotion {
 pub enum SphereEnd {
     /// The stretch grew past 30 at this time.
     Burst(f64),
-    /// The stretch fell to 0.1, or no step was short enough, at this time.
+    /// The stretch fell to 0.1 at this time.
     Collapse(f64),
+    /// No step was short enough at this time: the numbers are too large.
+    Stuck(f64),
 }
 
 impl SphereMotion {
@@ -134,7 +139,7 @@ impl SphereMotion {
     /// pressure before the jump.
     fn rate(&self, state: &State, end: f64) -> Option<State> {
         let x = state[STRETCH];
-        if !(x > 0.1 && x < 2.0 * BURST) {
+        if !(x > COLLAPSED && x < 2.0 * BURST) {
             return None;
         }
         let time = (state[TIME] * self.second).min(end);
@@ -181,7 +186,13 @@ impl SphereMotion {
         let mut run = self.run.clone();
         let step = run
             .step(|state| self.rate(state, next.next_down()), left)
-            .map_err(|_| SphereEnd::Collapse(self.time))?;
+            .map_err(|_| {
+                if self.stretch() < NEARLY_COLLAPSED {
+                    SphereEnd::Collapse(self.time)
+                } else {
+                    SphereEnd::Stuck(self.time)
+                }
+            })?;
         self.look(&step, next.next_down(), &mut run);
         self.run = run;
         self.time = if step.h >= left {
