@@ -204,9 +204,9 @@ fn pressure(after: &[[f64; 2]]) -> String {
 fn discs_of_the_thesis() {
     let given = data("circular_dynamic");
     let row = |case: &str| {
-        let rows = given["runs"].as_array().expect("rows").iter();
+        let mut rows = given["runs"].as_array().expect("rows").iter();
         let of = |row: &&Value| row["case"] == case && row["N"].as_u64().is_none_or(|n| n == 40);
-        rows.filter(of).next().expect("a case").clone()
+        rows.find(of).expect("a case").clone()
     };
     let off = pressure(&[[6e-3, 1.65], [6.0000001e-3, 0.0]]);
     let sine = |size: f64| {
@@ -278,9 +278,9 @@ fn discs_of_the_thesis() {
     }
 }
 
-/// Catches gas with a wrong pressure or energy, and steps too long for stiff gas. A sphere turns where its energy is that
-/// of the gas, in closed form, and so does a disc in a tiny vessel, of which the rubber takes nothing. In a vast vessel a
-/// disc moves as under a constant pressure.
+/// Catches gas with a wrong pressure or energy, and steps too long for stiff gas. A sphere turns where its energy is
+/// that of the gas, in closed form, and so does a disc in a tiny vessel, of which the rubber takes nothing. In a vast
+/// vessel a disc moves as under a constant pressure.
 #[test]
 fn gas_moves_membranes() {
     let [radius, thickness, _, first] = SIZES;

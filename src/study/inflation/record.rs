@@ -6,7 +6,7 @@ use crate::scene::{InflationScene, Units};
 use crate::study::{Cell, exact};
 use serde_json::{Value, json};
 
-/// Error of the ledger, over its largest term, from which its energies are doubted.
+/// Error of the ledger, over the largest term, above which the energies are doubted.
 const OPEN: f64 = 1e-3;
 
 /// The numbers of a membrane in motion at one time.
@@ -43,7 +43,7 @@ pub enum InflationEnd {
     Slack(f64),
     /// A piston came to the bottom of the vessel, at this time.
     Bottom(f64),
-    /// The computation did not go on at this time, for this reason.
+    /// The computation stopped at this time, with a reason.
     Stuck(f64, String),
     /// A bound on the run of a piston, at this time.
     Stopped(f64, Outcome),

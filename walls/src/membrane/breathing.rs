@@ -25,8 +25,9 @@ const TIME: usize = 3;
 const TOLERANCE: f64 = 1e-12;
 /// Stretch from which a sphere counts as burst.
 const BURST: f64 = 30.0;
-/// Least stretch, and a stretch from which steps that collapse do so at the least stretch.
+/// Least stretch of a motion.
 const COLLAPSED: f64 = 0.1;
+/// Stretch below which a motion without a further step has come to the least stretch.
 const NEARLY_COLLAPSED: f64 = 0.11;
 /// Stretch below 1 from which a sphere counts as compressed: rounding lies far below.
 const COMPRESSED: f64 = 1e-9;
