@@ -4,6 +4,7 @@ use nalgebra::Vector1;
 use serde_json::Value;
 use snaprod::manifold::{EquilibriumManifold, Multivalued};
 use snaprod::membrane::gas::Vessel;
+use snaprod::membrane::pair;
 use snaprod::membrane::piston::PistonOnBalloon;
 use snaprod::membrane::sphere::{dynamic_snap, step_response};
 use snaprod::membrane::{Inflated, Rubber, Shape};
@@ -207,20 +208,6 @@ fn gas_turns_limit_points_into_folds_of_the_pose() {
             close("P", at.pressure, number(&row["P"]), 1e-8);
         }
     }
-    // Two equal balloons part at the limit points of one.
-    for row in given["two_balloons"]["0.0625"]["pitchforks"]
-        .as_array()
-        .expect("pitchforks")
-    {
-        let limits = unit(Shape::Sphere, 0.0625)
-            .limit_points()
-            .expect("limit points");
-        let total = limits.iter().map(|at| 2.0 * at.volume / ball);
-        let off = total
-            .map(|total| (total / number(&row["Vtot"]) - 1.0).abs())
-            .fold(1.0, f64::min);
-        assert!(off < 1e-12, "{off}");
-    }
     let vessel = Vessel::new(0.0, ball * 20.0).expect("a vessel");
     let sphere = unit(Shape::Sphere, 0.0);
     let at = vessel.at_contents(&sphere, ball * 40.0).expect("a state");
@@ -230,6 +217,73 @@ fn gas_turns_limit_points_into_folds_of_the_pose() {
             && vessel.at_contents(&sphere, f64::NAN).is_err()
     );
     assert!(Vessel::new(-1.0, 1.0).is_err() && Vessel::new(0.0, f64::NAN).is_err());
+}
+
+/// Catches pitchforks at other volumes, a branch of unequal balloons that is missed or no equilibrium, and a stability
+/// that is not that of the energy. Independent route: reference volumes, the closed form of the pressure, the square
+/// root at a pitchfork.
+#[test]
+fn two_balloons_part_at_pitchforks() {
+    let (ball, ratio) = (4.0 / 3.0 * PI, 0.0625);
+    let balloon = unit(Shape::Sphere, ratio);
+    let forks = pair::pitchforks(&balloon).expect("pitchforks");
+    let given = data("balloons");
+    let rows = given["two_balloons"]["0.0625"]["pitchforks"].as_array();
+    let rows = rows.expect("pitchforks");
+    assert_eq!(forks.len(), rows.len());
+    for (fork, row) in forks.iter().zip(rows) {
+        close("volume", fork.volume() / ball, number(&row["Vtot"]), 1e-12);
+        close("stretch", fork.each[0].stretch, number(&row["x"]), 1e-12);
+    }
+    let [first, last] = [forks[0].volume(), forks[1].volume()];
+    let at = |volume: f64| pair::at_volume(&balloon, volume).expect("states");
+    // Unequal balloons leave the first pitchfork upwards. They come to the last one from above, after a fold at 847.
+    for volume in [0.6 * first, 0.99 * first, 850.0 * ball] {
+        let states = at(volume);
+        assert!(states.len() == 1 && states[0].stable && states[0].is_even());
+    }
+    let pressure = |x: f64| 4.0 * (1.0 / x - x.powi(-7)) * (1.0 + ratio * x * x);
+    for volume in [1.01 * first, 2.0 * first, 0.5 * last, 0.99 * last] {
+        let [even, uneven] = at(volume)[..] else {
+            panic!("two states at {volume}");
+        };
+        assert!(even.is_even() && !even.stable && !uneven.is_even() && uneven.stable);
+        let [small, large] = uneven.each.map(|at| at.stretch);
+        assert!(small < large && uneven.energy() < even.energy());
+        close("pressure", pressure(small), pressure(large), 1e-9);
+        close(
+            "volume",
+            ball * (small.powi(3) + large.powi(3)),
+            volume,
+            1e-12,
+        );
+    }
+    for volume in [1.01 * last, 3.0 * last, 845.0 * ball] {
+        let states = at(volume);
+        let stable: Vec<bool> = states.iter().map(|state| state.stable).collect();
+        assert_eq!(stable, [true, true, false], "{volume}");
+        for state in &states {
+            let [small, large] = state.each.map(|at| at.stretch);
+            close("pressure", pressure(small), pressure(large), 1e-9);
+        }
+    }
+    // The stretches part as the root of the volume beyond the pitchfork.
+    let apart = |part: f64| {
+        let uneven = at(first * (1.0 + part))[1];
+        uneven.each[1].stretch - uneven.each[0].stretch
+    };
+    close("root", apart(1e-4) / apart(1e-6), 10.0, 1e-3);
+    for volume in [2.0 * ball * 0.99, f64::NAN, 2.0 * ball * 28000.0] {
+        let message = pair::at_volume(&balloon, volume).expect_err("no state");
+        assert!(
+            message.to_string().contains("must lie between"),
+            "{message}"
+        );
+    }
+    let disc = unit(Shape::Disc, 0.0);
+    let fork = pair::pitchforks(&disc).expect("a pitchfork")[0];
+    let states = pair::at_volume(&disc, 1.2 * fork.volume()).expect("states");
+    assert!(states.len() == 2 && !states[0].stable && states[1].stable);
 }
 
 /// Catches NaN that gets through, and a refusal without the allowed values.

@@ -3,8 +3,6 @@
 //! The content is p V, absolute and at one temperature: (p + p_a)(V + V_r), with the pressure p_a outside and the
 //! volume V_r of the vessel. Along the chart of the membrane it has extrema: folds in the pose, at which the membrane
 //! snaps.
-//!
-//! Two equal membranes on one vessel of liquid part from each other at the limit points of one: pitchforks.
 
 use super::{Inflated, InflatedState, LEAST_STRETCH, MOST_STRETCH};
 use snaprod_core::solve::roots::chandrupatla;

@@ -17,6 +17,7 @@ pub mod breathing;
 mod disc;
 mod filling;
 pub mod gas;
+pub mod pair;
 pub mod piston;
 pub mod rings;
 mod rubber;
