@@ -1,6 +1,6 @@
 //! Rules of contact: friction, restitution, the law of impact, what is looked for.
 
-use super::{AssemblyBody, Rod, Scene};
+use super::{AssemblyBody, Method, Rod, Run, Scene};
 use crate::Result;
 use crate::contact::{ImpactLaw, Shape};
 use nalgebra::Vector3;
@@ -8,6 +8,8 @@ use serde::{Serialize, Serializer};
 
 /// Width of a barrier, in lengths of the shortest rod.
 const GAP: f64 = 1e-4;
+/// Least tolerance of runs in elements, in which rods touch each other.
+const COARSE: f64 = 0.99e-5;
 
 /// `[contact]`: rules of contact for all obstacles without rules of their own.
 #[derive(Debug, Clone, PartialEq, Serialize, Default)]
@@ -72,12 +74,31 @@ impl Scene {
         !self.obstacles.is_empty() || bodies.any(hits)
     }
 
-    /// Width of the barrier through which rods with all of their mass touch obstacles, in lengths of the shortest rod;
-    /// `None` where contacts are exact.
+    /// Width of the barrier through which rods with all of their mass touch obstacles and each other, in lengths of the
+    /// shortest rod; `None` where contacts are exact.
     pub fn barrier_gap(&self) -> Option<f64> {
         let heavy = self.every_rod().iter().any(|rod| rod.is_heavy());
         let moves = self.is_motion() && !self.obstacles.is_empty();
-        (heavy && moves).then(|| self.contact.gap.unwrap_or(GAP))
+        (heavy && moves || self.rods_meet()).then(|| self.contact.gap.unwrap_or(GAP))
+    }
+
+    /// True if rods with all of their mass touch each other or themselves in a motion.
+    pub fn rods_meet(&self) -> bool {
+        let coarse = |run: &Run| run.method == Method::Auto && run.tolerance >= COARSE;
+        self.rods_could_meet() && self.run.as_ref().is_some_and(coarse)
+    }
+
+    /// True for rods with all of their mass that touch each other at a coarse tolerance.
+    pub(super) fn rods_could_meet(&self) -> bool {
+        let rods = self.every_rod();
+        let follows = |rod: &&Rod| rod.is_heavy() && rod.relaxation.is_empty() && rod.nodes.is_none();
+        let thick = |rod: &&Rod| rod.thickness().is_some_and(|diameter| diameter > 0.0);
+        self.is_motion()
+            && !self.is_planar()
+            && !self.has_groove()
+            && matches!(self.contact.rods, RodsInContact::All | RodsInContact::Others)
+            && rods.iter().all(follows)
+            && rods.iter().any(thick)
     }
 
     /// The scene with half the gap of the barrier; `None` without a barrier, or unless the scene asks for it.
@@ -157,7 +178,7 @@ impl ContactMethod {
     }
 }
 
-/// The rods that are looked for at obstacles.
+/// The rods that are looked for at obstacles and at rods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Default)]
 #[serde(rename_all = "lowercase")]
 pub enum RodsInContact {
@@ -166,6 +187,10 @@ pub enum RodsInContact {
     All,
     /// None: rods pass through obstacles, and bodies alone hit them.
     None,
+    /// Rods touch obstacles, and not each other.
+    Obstacles,
+    /// Rods touch obstacles and other rods, and not themselves.
+    Others,
 }
 
 /// The shape of a body where it touches others. Its middle is the centre of mass, its axes are those of the body.

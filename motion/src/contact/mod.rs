@@ -55,7 +55,9 @@ pub use body_options::BodyOptions;
 pub use contact_event::{ContactChange, ContactEvent, ImpactRecord, RuleOfImpact};
 pub use contact_sample::ContactSample;
 pub use contact_set::ContactNow;
-pub use rod_contact::{RodContactChange, RodContactEvent, RodContactNow, Rubbing, SLIPPING};
+pub use rod_contact::{
+    RodContactChange, RodContactEvent, RodContactNow, RodPartner, Rubbing, SLIPPING,
+};
 
 pub(crate) use body_at_end::{BodyAtEnd, EndContacts};
 pub(crate) use contact_books::{ContactBooks, Sums};

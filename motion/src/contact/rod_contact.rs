@@ -1,22 +1,49 @@
-//! Contacts of a rod with obstacles, which exchange no impulse: the state of one, and events.
+//! Contacts of a rod with obstacles and rods, which exchange no impulse: the state of one, and events.
 
 use nalgebra::Vector3;
 
 /// Part of the largest friction by which the friction of sticking surfaces is smaller.
 pub const SLIPPING: f64 = 1e-6;
 
-/// A place at which a rod touches an obstacle at a moment. Vectors are in the world.
+/// What a rod touches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RodPartner {
+    /// The obstacle of this number.
+    Obstacle(usize),
+    /// A rod, or another stretch of the rod.
+    Rod {
+        /// The rod, by its number in an assembly.
+        rod: usize,
+        /// The arclength from the base of this rod.
+        s: f64,
+        /// The stretch that is pushed, as arclengths.
+        stretch: [f64; 2],
+    },
+}
+
+impl RodPartner {
+    /// True for the obstacle or the rod of `other`, wherever along the rod.
+    pub fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Obstacle(a), Self::Obstacle(b)) => a == b,
+            (Self::Rod { rod: a, .. }, Self::Rod { rod: b, .. }) => a == b,
+            _ => false,
+        }
+    }
+}
+
+/// A place at which a rod touches an obstacle or a rod at a moment. Vectors are in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RodContactNow {
     /// The rod, by its number in an assembly.
     pub rod: usize,
-    /// The obstacle.
-    pub obstacle: usize,
+    /// The obstacle or the rod that is touched.
+    pub partner: RodPartner,
     /// The arclength from the base of the rod.
     pub s: f64,
     /// The place of the centreline.
     pub point: Vector3<f64>,
-    /// Unit normal, from the obstacle to the rod.
+    /// Unit normal, from the partner to the rod.
     pub normal: Vector3<f64>,
     /// Reaction on the rod, along the normal.
     pub normal_force: f64,
@@ -33,7 +60,7 @@ pub struct Rubbing {
     pub coefficient: f64,
     /// Friction on the rod, in the world.
     pub friction: Vector3<f64>,
-    /// Velocity of the rod at the place; `None` where it is not known.
+    /// Velocity of the rod at the place, seen from another rod that moves; `None` where it is not known.
     pub slip: Option<Vector3<f64>>,
 }
 

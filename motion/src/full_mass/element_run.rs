@@ -85,7 +85,7 @@ pub struct ElementRun {
     /// True until something moves, and shows whether it stays in a plane.
     undecided: bool,
     most_nodes: usize,
-    /// Distances between rods with a contact diameter.
+    /// Distances between rods with a contact diameter, where the first contact ends the run.
     near: Option<Nearness>,
     /// Touches and releases of rods that are still to be reported.
     touched: VecDeque<RodContactEvent>,
@@ -108,7 +108,7 @@ pub fn heavy_motion<'a>(
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
     let asked = options.method == Method::Auto && options.nodes == Nodes::Adaptive;
-    if given.obstacles().is_some() {
+    if given.obstacles().is_some_and(|among| !among.obstacles.is_empty()) {
         return among_obstacles(given, start, options, asked);
     }
     if !asked || options.tolerance < FINEST {
@@ -221,12 +221,16 @@ impl ElementRun {
             y = strained_state(&model);
         }
         let moment = model.moment(&y).ok_or_else(outside)?;
-        let model = Arc::new(model.anchored(&moment));
+        let model = Arc::new(model.with_near_rods(&moment, 0.0).anchored(&moment));
         let near = nearness(given, &model, &moment);
         let touching = near.as_ref().and_then(|near| near.contact);
         if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
             return Err(contact.at_start(|rod| given.rod_name(rod)));
         }
+        if model.least_gap_of_rods(&moment) == f64::NEG_INFINITY {
+            return Err(Error::domain("rods are inside of each other at the start: start elsewhere, or set contact_diameter = 0 in a rod"));
+        }
+        let near = near.filter(|_| !model.rods_meet());
         let first = ElementSample::new(&model, moment.clone(), &y.as_slice()[model.time()..], 0.0);
         let local = LOCAL * (options.tolerance / 1e-3).powf(LOCAL_POWER);
         let first_step = start.step_from_rest(&first.ledger(), &options);
@@ -283,10 +287,36 @@ impl ElementRun {
     /// Continues from a state of the last model on another one.
     fn on(&mut self, model: ElementAssembly, from: &DVector<f64>) -> Option<()> {
         let state = model.carried(&self.model, from)?;
+        let model = if model.rods_meet() {
+            let moment = model.moment(&state)?;
+            model.with_near_rods(&moment, self.way_ahead(&moment))
+        } else {
+            model
+        };
         let model = model.anchored_as(&self.model, &state, from)?;
         self.integrator.restart(&model, state, None)?;
         self.model = Arc::new(model);
         self.most_nodes = self.most_nodes.max(self.model.most_nodes());
+        Some(())
+    }
+
+    /// A bound of the ways of nodes in the next step.
+    fn way_ahead(&self, at: &ElementMoment) -> f64 {
+        let step = self.integrator.next_step().min(self.options.duration);
+        self.model.fastest(at) * step
+    }
+
+    /// Lists what is near other rods anew, where the list does not serve for the next step.
+    fn look_ahead(&mut self) -> Option<()> {
+        if !self.model.rods_meet() {
+            return Some(());
+        }
+        let moment = self.model.moment(self.integrator.state())?;
+        let way = self.way_ahead(&moment);
+        if !self.model.knows_near_rods(&moment, way) {
+            let model = ElementAssembly::clone(&self.model);
+            self.model = Arc::new(model.with_near_rods(&moment, way));
+        }
         Some(())
     }
 
@@ -322,12 +352,26 @@ impl ElementRun {
     /// Takes a step no longer than `left`, on as many elements as it needs. None if there is no such step.
     fn step(&mut self, left: f64) -> Option<()> {
         let bound = self.tail_bound();
+        self.look_ahead()?;
         loop {
             self.integrator.step(&*self.model, left).ok()?;
             let state = self.integrator.state();
             let moment = self.model.moment(state)?;
             let from = self.integrator.from().clone();
-            if let Some(missed) = self.model.missed(&self.model.moment(&from)?, &moment) {
+            let before = self.model.moment(&from)?;
+            let mut missed = self.model.missed(&before, &moment);
+            if let Some(Missed::Near { way }) = missed {
+                let model = ElementAssembly::clone(&self.model).with_near_rods(&before, way);
+                let same = model.has_near_rods_of(&self.model);
+                self.model = Arc::new(model);
+                if !same {
+                    let span = self.integrator.span();
+                    self.integrator.restart(&*self.model, from, Some(span))?;
+                    continue;
+                }
+                missed = self.model.missed(&before, &moment);
+            }
+            if let Some(missed) = missed {
                 if missed == Missed::Between {
                     let denser = ElementAssembly::clone(&self.model).with_denser_points(2)?;
                     self.on(denser, &from)?;
@@ -753,7 +797,10 @@ impl<'a> Motion<'a> for ElementRun {
         self.integrator
             .restart(&model, y, None)
             .ok_or_else(outside)?;
-        self.near = nearness(&self.given, &model, &moment);
+        if !model.rods_meet() {
+            self.near = nearness(&self.given, &model, &moment);
+        }
+        let model = model.with_near_rods(&moment, 0.0);
         self.model = Arc::new(model.anchored(&moment));
         self.most_nodes = self.most_nodes.max(self.model.most_nodes());
         let state = self.integrator.state();

@@ -2,13 +2,13 @@
 
 use crate::contact::{
     ContactId, ContactNow, ContactSample, Partner, RodContactChange, RodContactEvent,
-    RodContactNow, Rubbing, SLIPPING,
+    RodContactNow, RodPartner, Rubbing, SLIPPING,
 };
 use crate::{Ledger, RodCurve, SectionState, State};
 use nalgebra::{Isometry3, Vector6};
 use snaprod_systems::assembly::BodyMotion;
 use snaprod_systems::full_mass::elements::{
-    BarrierContact, ElementAssembly, ElementMoment, Touching,
+    BarrierContact, ElementAssembly, ElementMoment, Touched, Touching,
 };
 use snaprod_systems::full_mass::obstacles::Bearer;
 use snaprod_systems::section::Strain;
@@ -55,17 +55,21 @@ fn contacts(
     at: &ElementMoment,
     integrals: &[f64],
 ) -> Option<ContactSample> {
-    let nearest = model.nearest_place(at, 1)?;
+    let nearest = model.nearest_place(at, 1);
+    if nearest.is_none() && !model.rods_meet() {
+        return None;
+    }
+    let at_obstacles = nearest.map_or(f64::INFINITY, |nearest| nearest.gap);
     let mut sample = ContactSample {
         closing_lost: integrals[4],
         friction_lost: integrals[5],
         barrier: at.barrier(),
-        least_gap: nearest.gap,
+        least_gap: at_obstacles.min(model.least_gap_of_rods(at)),
         ..ContactSample::default()
     };
     for contact in model.barrier_contacts(at) {
         let BarrierContact {
-            obstacle,
+            other,
             point,
             normal,
             reaction: normal_force,
@@ -81,7 +85,18 @@ fn contacts(
                 centre,
             } => sample.rods.push(RodContactNow {
                 rod,
-                obstacle,
+                partner: match other {
+                    Touched::Obstacle(obstacle) => RodPartner::Obstacle(obstacle),
+                    Touched::Rod {
+                        rod,
+                        stretch,
+                        centre,
+                    } => RodPartner::Rod {
+                        rod,
+                        s: centre,
+                        stretch,
+                    },
+                },
                 s: centre,
                 point,
                 normal,
@@ -99,7 +114,11 @@ fn contacts(
                         Bearer::Listed(body) => body,
                         Bearer::EndOf(_) => 0,
                     },
-                    partner: Partner::Obstacle(obstacle),
+                    partner: match other {
+                        Touched::Obstacle(obstacle) | Touched::Rod { rod: obstacle, .. } => {
+                            Partner::Obstacle(obstacle)
+                        }
+                    },
                     place: 0,
                 },
                 point,
@@ -134,7 +153,7 @@ impl ElementSample {
         }
     }
 
-    /// Touches and releases of rods since the moment `before`: obstacles that begin or cease to push a rod.
+    /// Touches and releases of rods since the moment `before`: obstacles and rods that begin or cease to push a rod.
     pub(super) fn changed_contacts(&self, before: &Self) -> Vec<RodContactEvent> {
         let rods = |of: &Self| -> Vec<RodContactNow> {
             of.contact
@@ -143,10 +162,10 @@ impl ElementSample {
                 .collect()
         };
         let [now, then] = [rods(self), rods(before)];
-        let pair = |at: &RodContactNow| (at.rod, at.obstacle);
+        let pair = |a: &RodContactNow, b: &RodContactNow| a.rod == b.rod && a.partner.is(&b.partner);
         let new = |at: &RodContactNow, others: &[RodContactNow], own: &[RodContactNow]| {
-            let first = own.iter().find(|other| pair(other) == pair(at));
-            first == Some(at) && !others.iter().any(|other| pair(other) == pair(at))
+            let first = own.iter().find(|other| pair(other, at));
+            first == Some(at) && !others.iter().any(|other| pair(other, at))
         };
         let event = |at: &RodContactNow, change| RodContactEvent {
             t: self.at.t,

@@ -1,7 +1,7 @@
 //! A state of a planar rod that touches obstacles.
 
 use super::Sample;
-use crate::contact::{ContactSample, RodContactNow, Rubbing};
+use crate::contact::{ContactSample, RodContactNow, RodPartner, Rubbing};
 use crate::ledger::Ledger;
 use crate::state::{RodCurve, SectionState, State, bent, planar};
 use nalgebra::{Isometry3, Vector6};
@@ -22,7 +22,7 @@ pub(super) struct TouchedSample<'a> {
 pub(super) fn contact_of(touch: &TouchPoint, obstacles: &[usize]) -> RodContactNow {
     RodContactNow {
         rod: 0,
-        obstacle: obstacles[touch.surface],
+        partner: RodPartner::Obstacle(obstacles[touch.surface]),
         s: touch.s,
         point: touch.position,
         normal: touch.normal,

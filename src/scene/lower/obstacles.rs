@@ -115,7 +115,7 @@ impl Obstacles {
         Self::set_pairs(scene, &mut bodies)?;
         let obstacles = scene.obstacles.iter().map(|each| each.name.clone());
         bodies.set_names(names, obstacles.collect());
-        if rules.rods == RodsInContact::All {
+        if rules.rods != RodsInContact::None {
             Self::check_bases(scene, &bodies, &scales)?;
         }
         let given = rules.settle_speed;
@@ -206,7 +206,7 @@ impl Obstacles {
             bodies: &self.bodies,
             resting_speed: self.settle_speed,
             max_impacts: MOST_IMPACTS,
-            rod_touches: self.rods == RodsInContact::All,
+            rod_touches: self.rods != RodsInContact::None,
         }
     }
 
@@ -283,10 +283,22 @@ pub(super) fn of_heavy_rods(
         RoundSurface {
             radius: scales.inward(Quantity::Length, 0.5 * diameter.unwrap_or(0.0)),
             friction: match rules.rods {
-                RodsInContact::All => friction(name),
                 RodsInContact::None => vec![None; scene.obstacles.len()],
+                _ => friction(name),
             },
         }
+    };
+    // The coefficient of friction of two rods, or of one with itself; `None` where they pass through each other.
+    let between = |k: usize, l: usize| -> Option<f64> {
+        let thick = |rod: usize| rods[rod].thickness().is_some_and(|d| d > 0.0);
+        let pair = rules.pairs.iter().find(|pair| {
+            let [a, b] = &pair.between;
+            (*a == rod_names[k] && *b == rod_names[l]) || (*b == rod_names[k] && *a == rod_names[l])
+        });
+        let looked_for = rules.rods == RodsInContact::All || k != l;
+        let touches = looked_for && thick(k) && thick(l) && pair.is_none_or(|pair| !pair.apart);
+        let friction = pair.and_then(|pair| pair.friction);
+        touches.then_some(friction.unwrap_or(rules.friction))
     };
     let ball =
         |name: &String, mass: f64, shape: Option<BodyShape>, on: Bearer, centre: [f64; 3]| {
@@ -349,6 +361,13 @@ pub(super) fn of_heavy_rods(
         obstacles: obstacles.collect::<Result<_>>()?,
         frame: *frame,
         rods: rod_names.iter().zip(&rods).map(of_rod).collect(),
+        between: if scene.rods_meet() {
+            let count = rods.len();
+            let row = |k: usize| (0..count).map(|l| between(k, l)).collect();
+            (0..count).map(row).collect()
+        } else {
+            Vec::new()
+        },
         balls: balls
             .into_iter()
             .filter(|ball| ball.mass > NO_MASS)

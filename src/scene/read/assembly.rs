@@ -628,9 +628,9 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
             return table.refuse(kind, name, allowed, hint);
         }
     }
-    if table.has("contact_diameter") {
-        let hint = "contact would load the free end; contacts of such a rod are not looked for";
-        let allowed = "left out where `to` is \"free\"";
+    if table.has("contact_diameter") && !heavy {
+        let hint = "contact would load the free end; contacts of such a rod are looked for where it has inertia = \"full\"";
+        let allowed = "left out where `to` is \"free\", or inertia = \"full\"";
         return table.refuse(kind, "contact_diameter", allowed, hint);
     }
     Some(FreeRod {

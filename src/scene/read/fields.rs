@@ -147,7 +147,7 @@ pub(super) static ROD: Spec = Spec {
         field("base", BAR, Word(&["wall", "free"]), "", Or("\"wall\""), "Whether the end X = 0 is held or free."),
         field("tip", BAR, Word(&["free", "wall"]), "", Or("\"free\""), "Whether the end X = length is free, with a body and a load if there are, or held."),
         field("from", ASSEMBLY, Table(&SITE), "", Yes("from = { position = [0.0, 0.0, 0.0] }"), "What holds the rod's base, s = 0, and where."),
-        field("to", ASSEMBLY, OneOf(&[Word(&["free"]), Table(&SITE)]), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where; \"free\": nothing. A rod with a free end is written after the others. Without mass and load it keeps its rest shape, rides on its base, which is welded, and bears no force (with inertia = \"full\" it bends under its own mass); contacts of it are not looked for."),
+        field("to", ASSEMBLY, OneOf(&[Word(&["free"]), Table(&SITE)]), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where; \"free\": nothing. A rod with a free end is written after the others. Without mass and load it keeps its rest shape, rides on its base, which is welded, and bears no force (with inertia = \"full\" it bends under its own mass, and its contacts are looked for)."),
     ],
     barred: &[
         (STATICS, "damping", RATES), (STATICS, "relaxation", RATES), (STATICS, "nodes", RATES),

@@ -423,7 +423,13 @@ pub(super) fn contact(table: &Table) -> Option<ContactRules> {
     let (friction, restitution) = (table.number("friction"), table.number("restitution"));
     let laws = [ImpactLaw::Stronge, ImpactLaw::Poisson, ImpactLaw::Newton];
     let law = table.word("law", &laws);
-    let rods = table.word("rods", &[RodsInContact::All, RodsInContact::None]);
+    let looked_for = [
+        RodsInContact::All,
+        RodsInContact::None,
+        RodsInContact::Obstacles,
+        RodsInContact::Others,
+    ];
+    let rods = table.word("rods", &looked_for);
     let methods = [
         ContactMethod::Auto,
         ContactMethod::Exact,
@@ -552,11 +558,14 @@ pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
     true
 }
 
-/// Gives rods with all of their mass among obstacles a tolerance that elements reach, unless the scene has one.
+/// Gives rods with all of their mass that touch obstacles or each other a tolerance that elements reach, unless the
+/// scene has one.
 pub(super) fn choose_tolerance(top: &Table, scene: &mut Scene) {
     let given = top.get("run").and_then(|run| run.get_ref().as_table());
     let free = given.is_some_and(|run| !run.contains_key("tolerance"));
-    if let (true, Some(_), Some(run)) = (free, scene.barrier_gap(), &mut scene.run) {
+    let touches = !scene.obstacles.is_empty() && scene.barrier_gap().is_some();
+    let meets = top.has("contact") && scene.rods_could_meet();
+    if let (true, Some(run)) = (free && (touches || meets), &mut scene.run) {
         run.tolerance = AMONG_OBSTACLES;
     }
 }

@@ -68,7 +68,7 @@ impl AssemblyModel {
             stations: stations::placed_in_motion(scene),
             obstacles: scene.obstacles.clone(),
             barrier_gap: scene.barrier_gap(),
-            has_contact: scene.has_contact(),
+            has_contact: scene.has_contact() || scene.rods_meet(),
             joints: joints.iter().map(RunJoint::new).collect(),
             heavy: setup.is_heavy() || setup.assembly.light_rods().next().is_some(),
             driven: false,

@@ -7,7 +7,7 @@ use super::table::name;
 use crate::error::Quantity;
 use crate::motion::contact::{ContactChange, ContactEvent, ContactId, ContactNow, Partner};
 use crate::motion::contact::{
-    ContactSample, ImpactRecord, RodContactEvent, RodContactNow, Rubbing,
+    ContactSample, ImpactRecord, RodContactEvent, RodContactNow, RodPartner, Rubbing,
 };
 use crate::scene::Scales;
 use crate::study::{Cell, Column, Table};
@@ -98,6 +98,14 @@ fn rod_outward(k: &Scales, at: &RodContactNow) -> RodContactNow {
         s: k.outward(Quantity::Length, at.s),
         point: k.outward(Quantity::Length, at.point),
         normal_force: k.outward(Quantity::Force, at.normal_force),
+        partner: match at.partner {
+            RodPartner::Rod { rod, s, stretch } => RodPartner::Rod {
+                rod,
+                s: k.outward(Quantity::Length, s),
+                stretch: stretch.map(|s| k.outward(Quantity::Length, s)),
+            },
+            obstacle @ RodPartner::Obstacle(_) => obstacle,
+        },
         stretch: at.stretch.map(|s| k.outward(Quantity::Length, s)),
         rubbing: Rubbing {
             friction: k.outward(Quantity::Force, at.rubbing.friction),
@@ -151,13 +159,14 @@ impl RunHeader {
         [body(contact.body), partner]
     }
 
-    /// Names of a rod and of the obstacle at its contact.
+    /// Names of a rod and of what it touches.
     fn rod_sides(&self, contact: &RodContactNow) -> [&str; 2] {
-        let obstacle = self.obstacles.get(contact.obstacle);
-        [
-            self.rod_name(contact.rod).unwrap_or("rod"),
-            obstacle.map_or("", |obstacle| &obstacle.name),
-        ]
+        let rod = |k: usize| self.rod_name(k).unwrap_or("rod");
+        let other = match contact.partner {
+            RodPartner::Obstacle(k) => self.obstacles.get(k).map_or("", |obstacle| &obstacle.name),
+            RodPartner::Rod { rod: k, .. } => rod(k),
+        };
+        [rod(contact.rod), other]
     }
 
     /// True if rods with all of their mass touch obstacles, through a barrier.

@@ -79,7 +79,7 @@ impl OneRod {
             stations: stations::placed(scene),
             obstacles: scene.obstacles.clone(),
             barrier_gap: scene.barrier_gap(),
-            has_contact: scene.has_contact(),
+            has_contact: scene.has_contact() || scene.rods_meet(),
             joints: Vec::new(),
             heavy,
             driven: setup.model.is_driven(),

@@ -1,4 +1,4 @@
-//! Fixed obstacles, and the surfaces of rods with mass and of their bodies at the obstacles.
+//! Fixed obstacles, and the surfaces of rods with mass and of their bodies, which touch the obstacles and each other.
 
 use crate::contact::Obstacle;
 use crate::error::{Error, Result};
@@ -39,7 +39,8 @@ pub struct BallOnBody {
     pub surface: RoundSurface,
 }
 
-/// Fixed obstacles, and the surfaces of rods and bodies that touch them through a barrier of small width.
+/// Fixed obstacles, and the surfaces of rods and bodies that touch obstacles through a barrier of small width. Rods touch
+/// each other and themselves through the same barrier.
 #[derive(Debug, Clone)]
 pub struct ObstaclesOfRods {
     /// The obstacles, in the frame of the motion.
@@ -48,6 +49,9 @@ pub struct ObstaclesOfRods {
     pub frame: Isometry3<f64>,
     /// Surface of each rod.
     pub rods: Vec<RoundSurface>,
+    /// Coefficient of friction of each rod with each rod; `None` for rods that pass through each other. Empty where no
+    /// rods touch each other.
+    pub between: Vec<Vec<Option<f64>>>,
     /// Balls and points on bodies.
     pub balls: Vec<BallOnBody>,
     /// Distance from a surface within which the barrier pushes.
@@ -61,7 +65,8 @@ impl ObstaclesOfRods {
     ///
     /// # Errors
     /// A width of the barrier outside of [1e-8, 0.05] rod lengths; a displacement of sticking surfaces that is not
-    /// positive and finite; a radius or a coefficient that is negative or not finite; a list of another length.
+    /// positive and finite; a radius or a coefficient that is negative or not finite; a list of another length; rods
+    /// without thickness that touch each other.
     pub fn checked(self, length: f64) -> Result<Self> {
         if !(NARROWEST * length..=WIDEST * length).contains(&self.gap) {
             return Err(Error::domain(format!(
@@ -91,7 +96,49 @@ impl ObstaclesOfRods {
                 )));
             }
         }
+        let rubbing = self.between.iter().flatten().flatten();
+        if !rubbing.into_iter().all(|x| (0.0..f64::INFINITY).contains(x)) {
+            return Err(Error::domain(
+                "coefficients of friction of two rods must be finite and >= 0",
+            ));
+        }
+        let count = self.rods.len();
+        let sized = self.between.iter().all(|row| row.len() == count);
+        if !(self.between.is_empty() || sized && self.between.len() == count) {
+            return Err(Error::domain(
+                "the coefficients of friction of rods with each other must be a square table of the rods",
+            ));
+        }
+        if !(self.thinnest_pair() > 0.0) {
+            return Err(Error::domain(
+                "rods that touch each other must have a thickness",
+            ));
+        }
         Ok(self)
+    }
+
+    /// Coefficient of friction of two rods, or of a rod with itself; `None` if the two pass through each other.
+    pub fn between(&self, rod: usize, other: usize) -> Option<f64> {
+        *self.between.get(rod)?.get(other)?
+    }
+
+    /// True if rods touch each other or themselves.
+    pub fn rods_meet(&self) -> bool {
+        self.between.iter().flatten().any(Option::is_some)
+    }
+
+    /// True if rods rub on each other.
+    pub fn rods_rub(&self) -> bool {
+        let mut all = self.between.iter().flatten().flatten();
+        all.any(|friction| *friction > 0.0)
+    }
+
+    /// Least sum of the radii of two rods that touch; infinite without such rods.
+    pub fn thinnest_pair(&self) -> f64 {
+        let pairs = (0..self.rods.len()).flat_map(|k| (0..self.rods.len()).map(move |l| (k, l)));
+        let met = pairs.filter(|(k, l)| self.between(*k, *l).is_some());
+        let each = met.map(|(k, l)| self.rods[k].radius + self.rods[l].radius);
+        each.fold(f64::INFINITY, f64::min)
     }
 
     /// The least radius of an obstacle with that of a rod that touches the obstacle; infinite for planes and tubes.
@@ -109,7 +156,7 @@ impl ObstaclesOfRods {
         let mut all = self
             .surfaces()
             .flat_map(|surface| surface.friction.iter().flatten());
-        all.any(|friction| *friction > 0.0)
+        self.rods_rub() || all.any(|friction| *friction > 0.0)
     }
 
     fn surfaces(&self) -> impl Iterator<Item = &RoundSurface> {

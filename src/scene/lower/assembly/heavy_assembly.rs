@@ -60,7 +60,6 @@ pub(super) fn heavy(
                 body: None,
                 diameter: rod
                     .thickness()
-                    .filter(|_| to.is_some())
                     .map(|d| scales.inward(Quantity::Length, d)),
             };
             Ok(HeavyLink {

@@ -1,4 +1,4 @@
-//! Contact of rods in elements, and of round bodies, with fixed obstacles through a barrier.
+//! Contact of rods in elements, and of round bodies, with fixed obstacles and of rods with each other, through a barrier.
 //!
 //! Within the width d of an obstacle, at the gap g = x d, a surface of mass m per point has the potential
 //! ```text
@@ -22,9 +22,12 @@
 
 mod anchors;
 mod contacts;
+mod near_rods;
 mod passages;
+mod rod_touch;
 
-pub use contacts::{BarrierContact, Touching};
+pub use contacts::{BarrierContact, Touched, Touching};
+pub(super) use near_rods::NearRods;
 pub use passages::{Missed, NearestPlace};
 
 use super::ElementNode;
@@ -43,6 +46,8 @@ const DENSE: usize = 2;
 const DENSEST: usize = 16384;
 /// Largest dip of a rod between two points at a round obstacle, over the width of the barrier.
 const SAG: f64 = 0.01;
+/// Such a dip at another rod. Where the rods come nearer, points are added.
+const SAG_OF_RODS: f64 = 0.05;
 /// Largest speed of release, over the speed that the barrier stops.
 const RELEASE: f64 = 1e-2;
 /// Least energy that the barrier stops, over bending stiffness and length.
@@ -63,6 +68,10 @@ pub(super) struct Barrier {
     pub strength: BarrierStrength,
     /// Anchors of all points, by obstacles; empty without friction, and before the first step.
     anchors: Arc<Vec<Vector3<f64>>>,
+    /// Points of rods near other rods; `None` until they are looked for.
+    near: Option<Arc<NearRods>>,
+    /// Ends of rods that touch on one holder, each as rod and 0 or 1.
+    pub joined: Vec<[(usize, usize); 2]>,
 }
 
 /// The strength by which a barrier pushes.
@@ -83,13 +92,18 @@ struct SurfacePoint {
     mass: f64,
 }
 
-/// A point within the width of an obstacle.
+/// A point within the width of an obstacle, or of another rod.
 #[derive(Debug, Clone, Copy)]
 struct TouchingPoint {
-    gap: Gap,
+    gap: f64,
+    /// Unit normal, from what is touched.
+    normal: Vector3<f64>,
+    /// The point, with its velocity over the surface that is touched.
     point: SurfacePoint,
+    /// Coefficient of friction.
     friction: f64,
-    anchor: Vector3<f64>,
+    /// Displacement from the anchor along the surface.
+    slipped: Vector3<f64>,
 }
 
 /// Forces and energies at a touching point.
@@ -145,17 +159,37 @@ impl BarrierStrength {
 }
 
 impl TouchingPoint {
-    /// Displacement from the anchor along the surface.
-    fn slipped(&self) -> Vector3<f64> {
-        let (n, u) = (self.gap.normal, self.point.place - self.anchor);
-        u - n * n.dot(&u)
+    /// A point at an obstacle, with the place to which friction pulls the point.
+    fn at_obstacle(gap: &Gap, point: SurfacePoint, friction: f64, anchor: Vector3<f64>) -> Self {
+        let (n, u) = (gap.normal, point.place - anchor);
+        Self {
+            gap: gap.value,
+            normal: n,
+            point,
+            friction,
+            slipped: u - n * n.dot(&u),
+        }
+    }
+
+    /// The same touch, seen from the other surface.
+    fn turned(mut self) -> Self {
+        self.normal = -self.normal;
+        self.point.velocity = -self.point.velocity;
+        self.slipped = -self.slipped;
+        self
+    }
+
+    /// The displacement from the anchor after the anchor has followed.
+    fn held(&self, barrier: &Barrier) -> Vector3<f64> {
+        let delta = barrier.given.stick;
+        self.slipped * (delta / self.slipped.norm().max(delta))
     }
 
     fn press(&self, barrier: &Barrier) -> Press {
-        let (n, v) = (self.gap.normal, self.point.velocity);
+        let (n, v) = (self.normal, self.point.velocity);
         let (width, delta) = (barrier.given.gap, barrier.given.stick);
         let (reaction, energy, closing) =
-            (barrier.strength).press(self.point.mass, width, self.gap.value, n.dot(&v));
+            (barrier.strength).press(self.point.mass, width, self.gap, n.dot(&v));
         let mut press = Press {
             reaction,
             friction: Vector3::zeros(),
@@ -165,7 +199,7 @@ impl TouchingPoint {
             losses: [closing, 0.0],
         };
         if self.friction > 0.0 {
-            let u = self.slipped();
+            let u = self.slipped;
             let y = u.norm() / delta;
             // phi/y and phi'.
             let (over, slope) = if y < 1.0 {
@@ -190,9 +224,9 @@ impl Press {
         normal * self.reaction[0] + self.friction
     }
 
-    /// Derivatives of minus the force by place and velocity.
-    fn stiffness(&self, at: &TouchingPoint) -> [Matrix3<f64>; 2] {
-        let (n, bend) = (at.gap.normal, at.gap.hessian);
+    /// Derivatives of minus the force of an obstacle by place and velocity; `bend` is that of the normal by place.
+    fn stiffness(&self, at: &TouchingPoint, bend: &Matrix3<f64>) -> [Matrix3<f64>; 2] {
+        let n = at.normal;
         let [reaction, by_gap, by_rate] = self.reaction;
         // The rate n . v of the gap changes by v . H with the place.
         let by_place = n * by_gap + bend * at.point.velocity * by_rate;
@@ -219,7 +253,9 @@ impl Barrier {
         let thinnest = given.thinnest();
         // Between two points at the distance h a rod comes nearer to an obstacle of radius r by h^2/(8 r). A hard touch
         // takes points to some hundredths of the width of the barrier.
-        let spacing = thinnest.min((8.0 * thinnest * SAG * given.gap).sqrt());
+        let spacing_at = |radius: f64, sag: f64| radius.min((8.0 * radius * sag * given.gap).sqrt());
+        let spacing = spacing_at(thinnest, SAG).min(spacing_at(given.thinnest_pair(), SAG_OF_RODS));
+        let thinnest = thinnest.min(given.thinnest_pair());
         let intervals = (longest / spacing)
             .ceil()
             .max((DENSE * (nodes.len() - 1)) as f64);
@@ -242,6 +278,8 @@ impl Barrier {
                 settling: 0.0,
             },
             anchors: Arc::new(Vec::new()),
+            near: None,
+            joined: Vec::new(),
         };
         made.spread(nodes, intervals as usize);
         Ok(made)
@@ -252,12 +290,18 @@ impl Barrier {
         let at = |j: usize| super::sample::lagrange(nodes, j as f64 / intervals as f64);
         self.values = Arc::new((0..=intervals).map(at).collect());
         self.anchors = Arc::new(Vec::new());
+        self.near = None;
     }
 
     /// Mass for which a point of a rod stands at an obstacle of a radius, over the mass of the point. A rod touches a
     /// round obstacle along some sqrt(8 r d) alone, and this part stops all of the rod.
     fn share(&self, radius: f64) -> f64 {
         (self.length / (8.0 * radius * self.given.gap).sqrt()).max(1.0)
+    }
+
+    /// True for two ends that touch on one holder.
+    fn are_joined(&self, a: (usize, usize), b: (usize, usize)) -> bool {
+        self.joined.contains(&[a, b]) || self.joined.contains(&[b, a])
     }
 
     fn intervals(&self) -> usize {
@@ -299,9 +343,12 @@ impl ElementAssembly {
         barrier: &Barrier,
         (k, number): (usize, usize),
         nodes: &[NodeNow],
-        mut act: impl FnMut(usize, usize, &TouchingPoint),
+        mut act: impl FnMut(usize, usize, &TouchingPoint, &Matrix3<f64>),
     ) -> Option<()> {
         let (given, rod) = (&*barrier.given, &self.rods[k]);
+        if given.obstacles.is_empty() {
+            return Some(());
+        }
         let (element, surface) = (&rod.elements[number], &given.rods[k]);
         let start = nodes[0].position;
         let far = |most: f64, node: &NodeNow| most.max((node.position - start).norm());
@@ -331,13 +378,9 @@ impl ElementAssembly {
                 }
                 let numbered = self.first_point(barrier, k, number) + j;
                 let anchor = barrier.anchors.get(numbered).copied();
-                let touching = TouchingPoint {
-                    gap,
-                    point,
-                    friction,
-                    anchor: anchor.unwrap_or(point.place),
-                };
-                act(j, obstacle, &touching);
+                let anchor = anchor.unwrap_or(point.place);
+                let touching = TouchingPoint::at_obstacle(&gap, point, friction, anchor);
+                act(j, obstacle, &touching, &gap.hessian);
             }
         }
         Some(())
@@ -349,7 +392,7 @@ impl ElementAssembly {
         &self,
         barrier: &Barrier,
         balls: &[NodeNow],
-        mut act: impl FnMut(usize, usize, &TouchingPoint),
+        mut act: impl FnMut(usize, usize, &TouchingPoint, &Matrix3<f64>),
     ) -> Option<()> {
         let given = &*barrier.given;
         let first = self.first_point(barrier, self.rods.len(), 0);
@@ -365,17 +408,14 @@ impl ElementAssembly {
                     return None;
                 }
                 let anchor = barrier.anchors.get(first + k).copied();
-                let touching = TouchingPoint {
-                    gap,
-                    point: SurfacePoint {
-                        place: now.position,
-                        velocity: now.velocity,
-                        mass: ball.mass,
-                    },
-                    friction,
-                    anchor: anchor.unwrap_or(now.position),
+                let point = SurfacePoint {
+                    place: now.position,
+                    velocity: now.velocity,
+                    mass: ball.mass,
                 };
-                act(k, obstacle, &touching);
+                let anchor = anchor.unwrap_or(now.position);
+                let touching = TouchingPoint::at_obstacle(&gap, point, friction, anchor);
+                act(k, obstacle, &touching, &gap.hessian);
             }
         }
         Some(())
@@ -411,9 +451,9 @@ impl ElementAssembly {
         let Some(barrier) = self.pushing() else {
             return Some(());
         };
-        self.each_touching_ball(barrier, balls, |k, _, touching| {
+        self.each_touching_ball(barrier, balls, |k, _, touching, _| {
             let press = touching.press(barrier);
-            push(k, press.force(&touching.gap.normal));
+            push(k, press.force(&touching.normal));
             sums.add(&press);
         })
     }
@@ -428,12 +468,12 @@ impl ElementAssembly {
         let Some(barrier) = self.pushing() else {
             return Some(());
         };
-        self.each_touching_ball(barrier, balls, |k, _, touching| {
+        self.each_touching_ball(barrier, balls, |k, _, touching, bend| {
             let press = touching.press(barrier);
             add(
                 k,
-                press.force(&touching.gap.normal),
-                press.stiffness(touching),
+                press.force(&touching.normal),
+                press.stiffness(touching, bend),
             );
         })
     }
@@ -451,9 +491,9 @@ impl ElementAssembly {
         };
         let range = self.rods[k].elements[number].nodes.clone();
         let out = &mut pushed[range.clone()];
-        self.each_touching(barrier, (k, number), &now[range], |j, _, touching| {
+        self.each_touching(barrier, (k, number), &now[range], |j, _, touching, _| {
             let press = touching.press(barrier);
-            let force = press.force(&touching.gap.normal);
+            let force = press.force(&touching.normal);
             for (out, value) in out.iter_mut().zip(&barrier.values[j]) {
                 let mut part = out.fixed_rows_mut::<3>(3);
                 part += force * *value;
@@ -474,8 +514,8 @@ impl ElementAssembly {
             return Some(());
         };
         let range = self.rods[k].elements[number].nodes.clone();
-        self.each_touching(barrier, (k, number), &now[range], |j, _, touching| {
-            let blocks = touching.press(barrier).stiffness(touching);
+        self.each_touching(barrier, (k, number), &now[range], |j, _, touching, bend| {
+            let blocks = touching.press(barrier).stiffness(touching, bend);
             let values = &barrier.values[j];
             for (a, left) in values.iter().enumerate() {
                 for (b, right) in values.iter().enumerate() {

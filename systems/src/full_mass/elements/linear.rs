@@ -235,6 +235,14 @@ impl ElementAssembly {
                 }
             }
         }
+        self.stiffen_rods(&at.nodes, |[row, column], [by_place, by_velocity]| {
+            self.spread(row, column, &by_place, |a, b, m| {
+                place[self.pattern.block(a, b)] += picked(m);
+            });
+            self.spread(row, column, &by_velocity, |a, b, m| {
+                velocity[self.pattern.block(a, b)] += picked(m);
+            });
+        })?;
         for (joint, (holder, action)) in self.joints.iter().zip(&at.joints) {
             let end = &self.rods[joint.rod].nodes[joint.node];
             let end_now = &at.nodes[joint.rod][joint.node];

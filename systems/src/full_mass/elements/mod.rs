@@ -23,7 +23,7 @@ mod sample;
 mod strain_at_point;
 mod system;
 
-pub use barrier::{BarrierContact, BarrierStrength, Missed, NearestPlace, Touching};
+pub use barrier::{BarrierContact, BarrierStrength, Missed, NearestPlace, Touched, Touching};
 pub use descent::equilibrium;
 pub use linear::{ElementFactor, ElementLinear};
 pub use system::{ElementMoment, INTEGRALS};
@@ -107,6 +107,8 @@ struct GaussTable {
     at_nodes: Vec<Vec<f64>>,
     /// Last two Legendre coefficients of the polynomial through values at the nodes.
     tails: [Vec<f64>; 2],
+    /// Coefficients of the polynomials in 2 x - 1: rows are powers, columns nodes.
+    powers: Vec<Vec<f64>>,
 }
 
 /// An element of a rod.
@@ -208,7 +210,16 @@ impl GaussTable {
             .try_inverse()
             .unwrap_or_else(|| DMatrix::zeros(degree + 1, degree + 1));
         let tail = |k: usize| modes.row(k).iter().copied().collect();
+        let powers = DMatrix::from_fn(degree + 1, degree + 1, |i, k| {
+            (2.0 * nodes[i] - 1.0).powi(k as i32)
+        });
+        let powers = powers
+            .try_inverse()
+            .unwrap_or_else(|| DMatrix::zeros(degree + 1, degree + 1));
+        let rows = powers.row_iter();
+        let powers = rows.map(|row| row.iter().copied().collect()).collect();
         Self {
+            powers,
             values: at(&value),
             slopes: at(&slope),
             tails: [tail(degree - 1), tail(degree)],
@@ -290,12 +301,9 @@ impl ElementAssembly {
             let elements = rods.flat_map(|rod| rod.elements.iter().map(|one| rod.length(one)));
             let longest = elements.fold(0.0, f64::max);
             let nodes = &made.table.nodes;
-            made.barrier = Some(Barrier::new(
-                obstacles.clone(),
-                nodes,
-                (mass, length),
-                longest,
-            )?);
+            let mut barrier = Barrier::new(obstacles.clone(), nodes, (mass, length), longest)?;
+            barrier.joined = made.joined_ends(&barrier);
+            made.barrier = Some(barrier);
         }
         made.damped = made.rods.iter().any(|rod| rod.law().is_damped());
         Ok(made)
@@ -319,6 +327,13 @@ impl ElementAssembly {
             let carried = self.rods[joint.rod].nodes[joint.node].clone();
             cliques.push(clique(&[joint.holder.clone(), carried]));
         }
+        cliques.extend(self.near_elements().iter().map(|pair| {
+            let nodes = pair.iter().flat_map(|(rod, element)| {
+                let rod = &self.rods[*rod];
+                rod.nodes[rod.elements[*element].nodes.clone()].to_vec()
+            });
+            clique(&nodes.collect::<Vec<_>>())
+        }));
         let holds = self.holds.iter();
         cliques.extend(holds.filter_map(|hold| Some(vec![hold.site, hold.carrier()?])));
         self.pattern = Arc::new(Pattern::new(self.sites.len(), &cliques));

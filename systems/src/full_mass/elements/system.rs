@@ -231,7 +231,7 @@ impl ElementAssembly {
         }
     }
 
-    fn grounds(&self, t: f64) -> Vec<Moving> {
+    pub(super) fn grounds(&self, t: f64) -> Vec<Moving> {
         let grounds = self.grounds.iter();
         grounds
             .map(|ground| match &ground.support {
@@ -308,7 +308,7 @@ impl ElementAssembly {
         let mut sums = BarrierSums::default();
         let mut elastic = 0.0;
         let mut all_lost = Vec::with_capacity(self.rods.len());
-        for rod in &self.rods {
+        for (k, rod) in self.rods.iter().enumerate() {
             let now: Vec<NodeNow> = rod
                 .nodes
                 .iter()
@@ -317,7 +317,6 @@ impl ElementAssembly {
             let mut pushed = vec![Vector6::zeros(); now.len()];
             let mut lost = Vec::new();
             let seen = rod.seen_at(t)?;
-            let k = nodes.len();
             for (number, element) in rod.elements.iter().enumerate() {
                 self.push_element((k, number), &now, &mut pushed, &mut sums)?;
                 let [energy, loss, power] =
@@ -331,13 +330,16 @@ impl ElementAssembly {
                 *pushed += wrench;
                 powers[1] += wrench.dot(&join(&now.spin, &now.velocity));
             }
-            for ((node, now), wrench) in rod.nodes.iter().zip(&now).zip(&pushed) {
-                self.add_to_sites(node, now, wrench, &mut on_sites);
-                powers[1] += power_of_supports(node, now, wrench);
-            }
             nodes.push(now);
             forces.push(pushed);
             all_lost.push(lost);
+        }
+        self.push_rods(&nodes, &mut forces, &mut sums)?;
+        for ((rod, now), pushed) in self.rods.iter().zip(&nodes).zip(&forces) {
+            for ((node, now), wrench) in rod.nodes.iter().zip(now).zip(pushed) {
+                self.add_to_sites(node, now, wrench, &mut on_sites);
+                powers[1] += power_of_supports(node, now, wrench);
+            }
         }
         for hold in &self.holds {
             let (gradient, energy) = hold.pull(&sites);

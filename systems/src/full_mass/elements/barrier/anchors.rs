@@ -18,26 +18,23 @@ impl ElementAssembly {
             return self;
         };
         let mut anchors = self.surface_places(&barrier, at);
-        let delta = barrier.given.stick;
         for (k, rod) in self.rods.iter().enumerate() {
             for (number, element) in rod.elements.iter().enumerate() {
                 let first = self.first_point(&barrier, k, number);
                 let nodes = &at.nodes[k][element.nodes.clone()];
-                let _ = self.each_touching(&barrier, (k, number), nodes, |j, _, touching| {
-                    let u = touching.slipped();
-                    let held = u * (delta / u.norm().max(delta));
-                    anchors[first + j] = touching.point.place - held;
+                let _ = self.each_touching(&barrier, (k, number), nodes, |j, _, touching, _| {
+                    anchors[first + j] = touching.point.place - touching.held(&barrier);
                 });
             }
         }
         let first = self.first_point(&barrier, self.rods.len(), 0);
-        let _ = self.each_touching_ball(&barrier, &at.balls, |k, _, touching| {
-            let u = touching.slipped();
-            let held = u * (delta / u.norm().max(delta));
-            anchors[first + k] = touching.point.place - held;
+        let _ = self.each_touching_ball(&barrier, &at.balls, |k, _, touching, _| {
+            anchors[first + k] = touching.point.place - touching.held(&barrier);
         });
+        let near = (barrier.given.rods_rub()).then(|| self.anchored_rods(&barrier, at));
         if let Some(own) = &mut self.barrier {
             own.anchors = Arc::new(anchors);
+            own.near = near.map(Arc::new).or(own.near.take());
         }
         self
     }
@@ -78,8 +75,15 @@ impl ElementAssembly {
         for k in 0..own.given.balls.len() {
             anchors[new_balls + k] -= held[old_balls + k] - old.anchors[old_balls + k];
         }
+        let near = if own.given.rods_rub() {
+            let [at, before] = [self.moment(y)?, from.moment(before)?];
+            Some(self.anchored_rods_as(&own, &at, (from, old), &before))
+        } else {
+            None
+        };
         if let Some(own) = &mut self.barrier {
             own.anchors = Arc::new(anchors);
+            own.near = near.map(Arc::new).or(own.near.take());
         }
         Some(self)
     }

@@ -24,12 +24,17 @@ pub struct NearestPlace {
 }
 
 /// The kind of touch that a step missed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Missed {
     /// A place of a rod between the points that obstacles push is inside of one.
     Between,
-    /// A point may have passed through an obstacle.
+    /// A point may have passed through an obstacle, or through a rod.
     Obstacle,
+    /// Points moved farther than the list of rods that are near each other is good for.
+    Near {
+        /// The way of the points.
+        way: f64,
+    },
 }
 
 /// True if an obstacle lies on the way along a Bezier curve of degree 3. A gap changes by no more than the way.
@@ -122,9 +127,15 @@ impl ElementAssembly {
         nearest
     }
 
-    /// Obstacles that a step between two moments missed, if any.
+    /// What a step between two moments missed, if anything.
     pub fn missed(&self, before: &ElementMoment, after: &ElementMoment) -> Option<Missed> {
         let barrier = self.barrier.as_ref()?;
+        if let Some(missed) = self.missed_at_rods(barrier, [before, after]) {
+            return Some(missed);
+        }
+        if barrier.given.obstacles.is_empty() {
+            return None;
+        }
         let nearest = self.nearest_place(after, BETWEEN);
         if nearest.is_some_and(|nearest| !(nearest.gap > 0.0)) {
             return Some(Missed::Between);

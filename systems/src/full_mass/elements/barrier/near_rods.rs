@@ -1,0 +1,520 @@
+//! Surface points near other stretches of rods: a list that serves until rods have moved, and the anchors of friction.
+
+use super::rod_touch::RodTouch;
+use super::{BULGE, Barrier, Missed};
+use crate::full_mass::elements::system::NodeNow;
+use crate::full_mass::elements::{Carrier, ElementAssembly, ElementMoment, ElementNode};
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// Points of a piece of a rod in the search for neighbours.
+const PIECE: usize = 16;
+/// Distance beyond the barrier up to which points are listed at least, over the thinnest diameter.
+const MARGIN: f64 = 0.25;
+/// Way of a step, over the distance that points have moved, for which a list is made.
+const AHEAD: f64 = 1.5;
+/// Largest way of two touching rods on each other in one step, over the mean of their diameters: on a way of twice the
+/// mean one rod may pass through the other.
+const PASSING: f64 = 1.5;
+/// Stretch of two rods with ends on one holder that touch there, over the mean of their diameters, along which the two
+/// are not looked for.
+const JOINED: f64 = 4.0;
+/// Way in one step that is too long where rods are near each other, in lengths of the shortest rod.
+const FAR: f64 = 0.2;
+/// Gap, over the width of the barrier, below which places between points are looked at.
+const DEEP: f64 = 0.1;
+/// Sum of the distances along both rods, in lengths of the rods, up to which two touches are one.
+const SAME: f64 = 0.01;
+/// Places looked at for each point.
+const BETWEEN: usize = 4;
+
+/// Surface points near other stretches of rods, at a moment.
+#[derive(Debug, Clone, Default)]
+pub(in super::super) struct NearRods {
+    pub(super) points: Vec<NearPoint>,
+    /// Elements whose nodes may push each other, as (rod, element), in their order.
+    pairs: Vec<[(usize, usize); 2]>,
+    /// Distance beyond the barrier up to which points are listed.
+    margin: f64,
+    /// Places of the nodes at the moment.
+    places: Vec<Vec<Vector3<f64>>>,
+}
+
+/// A surface point, by rod and element, and its number in the element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PointOnRod {
+    pub element: (usize, usize),
+    pub number: usize,
+}
+
+/// A place of a centreline, by rod and element, and the place in the element, in [-1, 1].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PlaceOnRod {
+    pub element: (usize, usize),
+    pub at: f64,
+}
+
+/// A surface point near a place of another stretch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NearPoint {
+    pub point: PointOnRod,
+    pub place: PlaceOnRod,
+    pub anchor: Option<RodAnchor>,
+}
+
+/// Places on two surfaces that lie on each other where friction is zero, seen from the directors of their sections.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RodAnchor {
+    /// From the surface point.
+    pub at_point: Vector3<f64>,
+    /// Element of the other rod, and place in the element, in [-1, 1].
+    pub section: (usize, f64),
+    /// From this section.
+    pub at_section: Vector3<f64>,
+}
+
+/// Displacement at a touch of two places, each by rod and place along the rod, in [0, 1].
+struct Slip {
+    place: [(usize, f64); 2],
+    u: Vector3<f64>,
+}
+
+/// A piece of a rod in the search for neighbours.
+struct Piece {
+    rod: usize,
+    /// Numbers of its points in the rod.
+    points: std::ops::Range<usize>,
+    centre: Vector3<f64>,
+    radius: f64,
+}
+
+/// Sum of vectors of nodes with weights.
+pub(super) fn weighted(
+    weights: &[f64],
+    nodes: &[NodeNow],
+    of: impl Fn(&NodeNow) -> Vector3<f64>,
+) -> Vector3<f64> {
+    let pairs = weights.iter().zip(nodes);
+    pairs.fold(Vector3::zeros(), |sum, (weight, node)| {
+        sum + of(node) * *weight
+    })
+}
+
+/// Length of the control polygon of the path of a point between two moments, which is no shorter than the path.
+fn way_of(
+    [from, to]: [Vector3<f64>; 2],
+    [before, after]: [Vector3<f64>; 2],
+    span: f64,
+) -> f64 {
+    let (out, back) = (before * (span / 3.0), after * (span / 3.0));
+    out.norm() + (to - back - from - out).norm() + back.norm()
+}
+
+impl Piece {
+    fn new(rod: usize, points: std::ops::Range<usize>, places: &[Vector3<f64>]) -> Self {
+        let places = &places[points.clone()];
+        let centre = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
+        let far = |most: f64, place: &Vector3<f64>| most.max((place - centre).norm());
+        Self {
+            rod,
+            points,
+            centre,
+            radius: places.iter().fold(0.0, far),
+        }
+    }
+}
+
+impl ElementAssembly {
+    /// True if rods touch each other.
+    pub fn rods_meet(&self) -> bool {
+        let barrier = self.barrier.as_ref();
+        barrier.is_some_and(|barrier| barrier.given.rods_meet())
+    }
+
+    /// Pairs of elements whose nodes may push each other, in their order.
+    pub(in super::super) fn near_elements(&self) -> &[[(usize, usize); 2]] {
+        let near = self.barrier.as_ref().and_then(|b| b.near.as_deref());
+        near.map_or(&[], |near| &near.pairs)
+    }
+
+    /// True if places s of rod k and t of rod l may touch: neighbours along one rod do not, nor do stretches next to
+    /// ends that touch on one holder.
+    pub(super) fn may_touch(
+        &self,
+        barrier: &Barrier,
+        (k, s): (usize, f64),
+        (l, t): (usize, f64),
+    ) -> bool {
+        let given = &*barrier.given;
+        let thick = given.rods[k].radius + given.rods[l].radius;
+        let [length, other] = [k, l].map(|rod| self.rods[rod].law().length());
+        // A rod bent to its own radius comes back to itself on a half circle.
+        if k == l && (s - t).abs() * length < FRAC_PI_2 * thick {
+            return false;
+        }
+        let from_ends = |at: f64, length: f64| [at * length, (1.0 - at) * length];
+        let near = |way: f64| way < JOINED * thick;
+        for (i, way) in from_ends(s, length).into_iter().enumerate() {
+            for (j, back) in from_ends(t, other).into_iter().enumerate() {
+                if near(way) && near(back) && barrier.are_joined((k, i), (l, j)) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Ends of rods that touch on one holder, as pairs of (rod, 0 or 1).
+    pub(in super::super) fn joined_ends(&self, barrier: &Barrier) -> Vec<[(usize, usize); 2]> {
+        let grounds = self.grounds(0.0);
+        let end = |k: usize, i: usize| -> Option<&ElementNode> {
+            let nodes = &self.rods[k].nodes;
+            if i == 0 { nodes.first() } else { nodes.last() }
+        };
+        let all: Vec<(usize, usize)> = (0..self.rods.len())
+            .flat_map(|k| [(k, 0), (k, 1)])
+            .collect();
+        let place = |node: &ElementNode| match node.shift {
+            Carrier::Site(site) => (Some(site), node.place.translation.vector),
+            Carrier::Ground(i) => (None, (grounds[i].pose() * node.place).translation.vector),
+        };
+        let mut found = Vec::new();
+        for (i, a) in all.iter().enumerate() {
+            for b in &all[i + 1..] {
+                let (Some(one), Some(other)) = (end(a.0, a.1), end(b.0, b.1)) else {
+                    continue;
+                };
+                let ((on, x), (by, y)) = (place(one), place(other));
+                let radii = [a.0, b.0].map(|k| barrier.given.rods[k].radius);
+                if on == by && (x - y).norm() < radii[0] + radii[1] + barrier.given.gap {
+                    found.push([*a, *b]);
+                }
+            }
+        }
+        found
+    }
+
+    fn length_of_shortest(&self) -> f64 {
+        let lengths = self.rods.iter().map(|rod| rod.law().length());
+        lengths.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Points of each rod.
+    fn points_of_rods(&self, barrier: &Barrier, nodes: &[Vec<NodeNow>]) -> Vec<Vec<Vector3<f64>>> {
+        let rods = self.rods.iter().enumerate();
+        rods.map(|(k, rod)| {
+            let elements = 0..rod.elements.len();
+            let points = elements.flat_map(|e| {
+                let nodes = self.of_element(nodes, k, e);
+                let values = barrier.values.iter();
+                values.map(|values| weighted(values, nodes, |node| node.position))
+            });
+            points.collect()
+        })
+        .collect()
+    }
+
+    /// The assembly with a list of the points that are near other stretches of rods, for ways of at most `way` from the
+    /// moment on.
+    #[must_use]
+    pub fn with_near_rods(mut self, at: &ElementMoment, way: f64) -> Self {
+        let Some(barrier) = self.barrier.clone().filter(|barrier| barrier.given.rods_meet()) else {
+            return self;
+        };
+        let margin = (MARGIN * barrier.given.thinnest_pair()).max(2.0 * BULGE * AHEAD * way);
+        let near = self.near_points(&barrier, at, margin);
+        let same = self.near_elements() == near.pairs;
+        let slips = if barrier.given.rods_rub() {
+            self.slips(&barrier, at, |touch| touch.at.slipped)
+        } else {
+            Vec::new()
+        };
+        let mut barrier = barrier;
+        barrier.near = Some(Arc::new(near));
+        if !slips.is_empty() {
+            barrier.near = Some(Arc::new(self.with_slips(&barrier, at, &slips)));
+        }
+        self.barrier = Some(barrier);
+        if !same {
+            self.renew_pattern();
+        }
+        self
+    }
+
+    /// True if the list of points near other rods serves for ways of at most `way` from the moment on.
+    pub fn knows_near_rods(&self, at: &ElementMoment, way: f64) -> bool {
+        let near = self.barrier.as_ref().and_then(|b| b.near.as_deref());
+        near.is_some_and(|near| {
+            let pairs = at.nodes.iter().flatten().zip(near.places.iter().flatten());
+            let moved = pairs.fold(0.0_f64, |most, (node, listed)| {
+                most.max((node.position - listed).norm())
+            });
+            2.0 * BULGE * (moved + way) <= near.margin
+        })
+    }
+
+    /// True if the same points are listed as in another assembly on the same elements.
+    pub fn has_near_rods_of(&self, other: &Self) -> bool {
+        let [own, other] = [self, other].map(|of| of.barrier.as_ref().and_then(|b| b.near.as_deref()));
+        let list = |near: Option<&NearRods>| -> Vec<PointOnRod> {
+            near.iter().flat_map(|near| near.points.iter().map(|one| one.point)).collect()
+        };
+        list(own) == list(other)
+    }
+
+    /// Speed of the fastest node.
+    pub fn fastest(&self, at: &ElementMoment) -> f64 {
+        let nodes = at.nodes.iter().flatten();
+        nodes.fold(0.0, |most, node| node.velocity.norm().max(most))
+    }
+
+    fn near_points(&self, barrier: &Barrier, at: &ElementMoment, margin: f64) -> NearRods {
+        let given = &*barrier.given;
+        let places = self.points_of_rods(barrier, &at.nodes);
+        let each = barrier.values.len();
+        let pieces: Vec<Piece> = (places.iter().enumerate())
+            .flat_map(|(k, places)| {
+                let starts = (0..places.len()).step_by(PIECE);
+                starts.map(move |i| Piece::new(k, i..(i + PIECE).min(places.len()), places))
+            })
+            .collect();
+        let mut near = NearRods {
+            margin,
+            places: (at.nodes.iter())
+                .map(|nodes| nodes.iter().map(|node| node.position).collect())
+                .collect(),
+            ..NearRods::default()
+        };
+        // Places along a rod, in [0, 1].
+        let along = |rod: usize, i: usize| {
+            let element = &self.rods[rod].elements[i / each];
+            let x = (i % each) as f64 / barrier.intervals() as f64;
+            element.from + (element.to - element.from) * x
+        };
+        for one in &pieces {
+            let k = one.rod;
+            let mut found: Vec<Vec<(usize, usize, f64)>> = vec![Vec::new(); one.points.len()];
+            for other in &pieces {
+                let l = other.rod;
+                if given.between(k, l).is_none() {
+                    continue;
+                }
+                let reach = given.rods[k].radius + given.rods[l].radius + given.gap + margin;
+                let away = (one.centre - other.centre).norm();
+                if away > one.radius + other.radius + reach {
+                    continue;
+                }
+                for (found, i) in found.iter_mut().zip(one.points.clone()) {
+                    for j in other.points.clone() {
+                        let square = (places[k][i] - places[l][j]).norm_squared();
+                        if square < reach * reach {
+                            found.push((l, j, square));
+                        }
+                    }
+                }
+            }
+            for (found, i) in found.iter().zip(one.points.clone()) {
+                let point = PointOnRod {
+                    element: (k, i / each),
+                    number: i % each,
+                };
+                for (at, (l, j, square)) in found.iter().enumerate() {
+                    if !self.may_touch(barrier, (k, along(k, i)), (*l, along(*l, *j))) {
+                        continue;
+                    }
+                    let pair = [point.element, (*l, j / each)];
+                    near.pairs.push([pair[0].min(pair[1]), pair[0].max(pair[1])]);
+                    let farther = |next: Option<&(usize, usize, f64)>, neighbour: usize, least: f64| {
+                        next.is_none_or(|(rod, number, square)| {
+                            *rod != *l || *number != neighbour || *square > least
+                        })
+                    };
+                    let before = at.checked_sub(1).and_then(|at| found.get(at));
+                    // Two elements share a point: the first of the two counts.
+                    if farther(before, j.wrapping_sub(1), *square)
+                        && farther(found.get(at + 1), j + 1, square * (1.0 - 1e-15))
+                    {
+                        near.points.push(NearPoint {
+                            point,
+                            place: PlaceOnRod {
+                                element: (*l, j / each),
+                                at: 2.0 * (j % each) as f64 / barrier.intervals() as f64 - 1.0,
+                            },
+                            anchor: None,
+                        });
+                    }
+                }
+            }
+        }
+        if near.points.is_empty() {
+            near.pairs.clear();
+        }
+        near.pairs.sort_unstable();
+        near.pairs.dedup();
+        near.points.sort_by_key(|one| (one.place.element, one.point.element, one.point.number));
+        near
+    }
+
+    /// What a step between two moments missed at rods, if anything.
+    pub(super) fn missed_at_rods(
+        &self,
+        barrier: &Barrier,
+        [before, after]: [&ElementMoment; 2],
+    ) -> Option<Missed> {
+        let near = barrier.near.as_deref()?;
+        let span = after.t - before.t;
+        let mut farthest = 0.0_f64;
+        let nodes = |at: &ElementMoment| at.nodes.clone().into_iter().flatten().collect::<Vec<_>>();
+        let (from, to) = (nodes(before), nodes(after));
+        let listed = near.places.iter().flatten();
+        for ((a, b), listed) in from.iter().zip(&to).zip(listed) {
+            let way = way_of([a.position, b.position], [a.velocity, b.velocity], span);
+            farthest = farthest.max((a.position - listed).norm() + way);
+        }
+        if farthest > FAR * self.length_of_shortest() && !near.points.is_empty() {
+            return Some(Missed::Obstacle);
+        }
+        if 2.0 * BULGE * farthest > near.margin {
+            return Some(Missed::Near { way: farthest });
+        }
+        let mut missed = None;
+        let given = &*barrier.given;
+        for one in &near.points {
+            let ((k, e), (l, f)) = (one.point.element, one.place.element);
+            let thick = given.rods[k].radius + given.rods[l].radius;
+            let [x, y] = [before, after].map(|at| {
+                let own = self.of_element(&at.nodes, k, e);
+                let theirs = self.of_element(&at.nodes, l, f);
+                let there = super::super::sample::lagrange(&self.table.nodes, 0.5 * (1.0 + one.place.at));
+                let c = |of: fn(&NodeNow) -> Vector3<f64>| {
+                    weighted(&barrier.values[one.point.number], own, of) - weighted(&there, theirs, of)
+                };
+                [c(|node| node.position), c(|node| node.velocity)]
+            });
+            let way = way_of([x[0], y[0]], [x[1], y[1]], span);
+            let apart = x[0].norm().min(y[0].norm()) - thick;
+            if way > PASSING * thick && apart < way {
+                missed = Some(Missed::Obstacle);
+            }
+        }
+        if missed.is_some() {
+            return missed;
+        }
+        let mut deep = false;
+        let inside = self.each_rod_touch(barrier, &after.nodes, |number, touch| {
+            if touch.at.gap < DEEP * given.gap {
+                deep |= self.is_inside_between(barrier, after, &near.points[number], touch);
+            }
+        });
+        (inside.is_none() || deep).then_some(Missed::Between)
+    }
+
+    /// Least gap between rods within the width of the barrier; infinite where no rods touch.
+    pub fn least_gap_of_rods(&self, at: &ElementMoment) -> f64 {
+        let mut least = f64::INFINITY;
+        if let Some(barrier) = &self.barrier {
+            let seen = self.each_rod_touch(barrier, &at.nodes, |_, touch| {
+                least = least.min(touch.at.gap);
+            });
+            if seen.is_none() {
+                return f64::NEG_INFINITY;
+            }
+        }
+        least
+    }
+
+    /// True if a place between a surface point and the next is inside of the other rod.
+    fn is_inside_between(
+        &self,
+        barrier: &Barrier,
+        at: &ElementMoment,
+        one: &NearPoint,
+        touch: &RodTouch,
+    ) -> bool {
+        let [own, other] = &touch.sides;
+        let thick = barrier.given.rods[own.rod].radius + barrier.given.rods[other.rod].radius;
+        let own = self.of_element(&at.nodes, own.rod, own.element);
+        let step = 1.0 / (barrier.intervals() * BETWEEN) as f64;
+        let here = one.point.number * BETWEEN;
+        let places = here.saturating_sub(BETWEEN)..=(here + BETWEEN);
+        places.into_iter().any(|i| {
+            let x = i as f64 * step;
+            if x > 1.0 {
+                return false;
+            }
+            let values = super::super::sample::lagrange(&self.table.nodes, x);
+            let x = weighted(&values, own, |node| node.position);
+            self.distance_to(&at.nodes, &x, other)
+                .is_some_and(|distance| !(distance > thick))
+        })
+    }
+
+    /// The list with the anchors of the rods' points after a step to a moment.
+    pub(super) fn anchored_rods(&self, barrier: &Barrier, at: &ElementMoment) -> NearRods {
+        let slips = self.slips(barrier, at, |touch| touch.at.held(barrier));
+        self.with_slips(barrier, at, &slips)
+    }
+
+    /// The list with the anchors of the list of another mesh, in whose state `before` rods have the same places.
+    pub(super) fn anchored_rods_as(
+        &self,
+        barrier: &Barrier,
+        at: &ElementMoment,
+        (from, old): (&Self, &Barrier),
+        before: &ElementMoment,
+    ) -> NearRods {
+        let slips = from.slips(old, before, |touch| touch.at.slipped);
+        self.with_slips(barrier, at, &slips)
+    }
+
+    /// Displacements from the anchors at all touches, with the places of both rods.
+    fn slips(
+        &self,
+        barrier: &Barrier,
+        at: &ElementMoment,
+        of: impl Fn(&RodTouch) -> Vector3<f64>,
+    ) -> Vec<Slip> {
+        let mut slips = Vec::new();
+        let _ = self.each_rod_touch(barrier, &at.nodes, |_, touch| {
+            let place = touch.sides.each_ref().map(|side| (side.rod, side.s));
+            let u = of(touch);
+            slips.push(Slip { place, u });
+        });
+        slips
+    }
+
+    fn with_slips(&self, barrier: &Barrier, at: &ElementMoment, slips: &[Slip]) -> NearRods {
+        let mut near = barrier.near.as_deref().cloned().unwrap_or_default();
+        near.points.iter_mut().for_each(|one| one.anchor = None);
+        let mut anchors = Vec::new();
+        let _ = self.each_rod_touch(barrier, &at.nodes, |number, touch| {
+            let place = touch.sides.each_ref().map(|side| (side.rod, side.s));
+            let far = |slip: &Slip| -> f64 {
+                let pairs = place.iter().zip(&slip.place);
+                pairs.map(|((rod, s), (other, t))| if rod == other { (s - t).abs() } else { 1.0 }).sum()
+            };
+            let nearest = slips.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+            let near = nearest.filter(|slip| far(slip) < SAME);
+            let u = near.map_or(Vector3::zeros(), |slip| slip.u);
+            let n = touch.at.normal;
+            anchors.push((number, self.rod_anchor(at, touch, &(u - n * n.dot(&u)))));
+        });
+        for (number, anchor) in anchors {
+            near.points[number].anchor = Some(anchor);
+        }
+        near
+    }
+
+    /// The anchor at which the surfaces of a touch are displaced by `u`.
+    fn rod_anchor(&self, at: &ElementMoment, touch: &RodTouch, u: &Vector3<f64>) -> RodAnchor {
+        let [own, other] = &touch.sides;
+        let seen = |side, v: Vector3<f64>| self.directors_of(&at.nodes, side).inverse() * v;
+        let [arm, back] = touch.arms();
+        RodAnchor {
+            at_point: seen(own, arm),
+            section: (other.element, other.at),
+            at_section: seen(other, back - u),
+        }
+    }
+}
