@@ -309,11 +309,12 @@ impl ElementAssembly {
         let mut elastic = 0.0;
         let mut all_lost = Vec::with_capacity(self.rods.len());
         for (k, rod) in self.rods.iter().enumerate() {
-            let now: Vec<NodeNow> = rod
+            let mut now: Vec<NodeNow> = rod
                 .nodes
                 .iter()
                 .map(|node| self.node_now(node, &sites, &grounds))
                 .collect();
+            align_ends(&mut now);
             let mut pushed = vec![Vector6::zeros(); now.len()];
             let mut lost = Vec::new();
             let seen = rod.seen_at(t)?;
@@ -508,6 +509,17 @@ impl ElementAssembly {
             }
         }
         sums
+    }
+}
+
+/// Gives quaternions at the ends of a rod the sign of those next to them: both signs are one rotation, and polynomials
+/// need one sign. The quaternion of a clamp that turns jumps to the other sign.
+fn align_ends(nodes: &mut [NodeNow]) {
+    let last = nodes.len() - 1;
+    for (end, next) in [(0, 1), (last, last - 1)] {
+        if nodes[end].turn.dot(&nodes[next].turn) < 0.0 {
+            nodes[end].turn = -nodes[end].turn;
+        }
     }
 }
 
