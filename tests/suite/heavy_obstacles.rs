@@ -337,6 +337,7 @@ fn the_matrix_among_obstacles_is_that_of_differences() {
             mass: 1.0,
             surface: surface(0.07, [None, Some(0.0)]),
         }],
+        between: Vec::new(),
         gap: 0.05,
         stick: 0.02,
     };

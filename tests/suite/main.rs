@@ -200,6 +200,7 @@ mod rods;
 #[cfg(feature = "cli")]
 mod rods_alone;
 mod rods_invariants;
+mod rods_meet;
 mod rods_touch_in_motion;
 #[cfg(feature = "scene")]
 mod scene;

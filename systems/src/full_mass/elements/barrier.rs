@@ -569,7 +569,7 @@ impl ElementAssembly {
         let release = RELEASE * speed;
         Some(BarrierStrength {
             push: speed * release / barrier.given.gap,
-            settling: 1.0 / release,
+            settling: if std::env::var("NOTAU").is_ok() { 0.0 } else { 1.0 / release },
         })
     }
 

@@ -292,6 +292,9 @@ impl ElementAssembly {
             let x = (i % each) as f64 / barrier.intervals() as f64;
             element.from + (element.to - element.from) * x
         };
+        // Two elements share a point, which counts for the first of the two.
+        let shared = |j: usize| j > 0 && j % each == 0;
+        let number = |j: usize| j - j / each;
         for one in &pieces {
             let k = one.rod;
             let mut found: Vec<Vec<(usize, usize, f64)>> = vec![Vec::new(); one.points.len()];
@@ -306,7 +309,7 @@ impl ElementAssembly {
                     continue;
                 }
                 for (found, i) in found.iter_mut().zip(one.points.clone()) {
-                    for j in other.points.clone() {
+                    for j in other.points.clone().filter(|j| !shared(*j)) {
                         let square = (places[k][i] - places[l][j]).norm_squared();
                         if square < reach * reach {
                             found.push((l, j, square));
@@ -325,16 +328,14 @@ impl ElementAssembly {
                     }
                     let pair = [point.element, (*l, j / each)];
                     near.pairs.push([pair[0].min(pair[1]), pair[0].max(pair[1])]);
-                    let farther = |next: Option<&(usize, usize, f64)>, neighbour: usize, least: f64| {
-                        next.is_none_or(|(rod, number, square)| {
-                            *rod != *l || *number != neighbour || *square > least
-                        })
+                    let square_at = |at: Option<usize>, neighbour: usize| {
+                        let near = at.and_then(|at| found.get(at));
+                        let near = near.filter(|(rod, j, _)| rod == l && number(*j) == neighbour);
+                        near.map_or(f64::INFINITY, |(.., square)| *square)
                     };
-                    let before = at.checked_sub(1).and_then(|at| found.get(at));
-                    // Two elements share a point: the first of the two counts.
-                    if farther(before, j.wrapping_sub(1), *square)
-                        && farther(found.get(at + 1), j + 1, square * (1.0 - 1e-15))
-                    {
+                    let j_along = number(*j);
+                    let before = square_at(at.checked_sub(1), j_along.wrapping_sub(1));
+                    if *square < before && *square <= square_at(Some(at + 1), j_along + 1) {
                         near.points.push(NearPoint {
                             point,
                             place: PlaceOnRod {
