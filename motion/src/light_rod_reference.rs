@@ -9,6 +9,7 @@ mod space;
 
 pub use space::LightInSpace;
 
+use super::contact::RodPartner;
 use super::snap::{Snap, SnapEnd};
 use super::{Ledger, State};
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
@@ -82,6 +83,8 @@ pub enum LossReason {
     Unfollowed,
     /// The landing from the fold was not found.
     NoLanding,
+    /// The rod touches itself or another rod, which the light rod does not.
+    Touches,
 }
 
 impl fmt::Display for LossReason {
@@ -92,6 +95,7 @@ impl fmt::Display for LossReason {
                 "neither its next equilibrium nor a fold was found, as where a rod is pulled straight"
             }
             Self::NoLanding => "it passes a fold from which no landing was found",
+            Self::Touches => "the rod touches itself or another, which a light rod does not do here",
         })
     }
 }
@@ -164,6 +168,8 @@ pub struct LightReference {
     lost: Vec<UnknownInterval>,
     last: EndSample,
     patience: usize,
+    /// True once the rod has touched a rod.
+    touched: bool,
 }
 
 /// An equilibrium of the light rod.
@@ -242,6 +248,7 @@ impl LightReference {
             last: EndSample::new(&*rod, state),
             rod,
             patience: PATIENCE,
+            touched: false,
         };
         if beside.at.is_none() {
             beside.lose(state.time(), LossReason::Unlike);
@@ -264,8 +271,22 @@ impl LightReference {
         });
     }
 
+    /// True if the rod touches itself or another rod in `state`.
+    fn touches(&self, state: &dyn State) -> bool {
+        let own = self.rod.number();
+        let contacts = state.contact().into_iter().flat_map(|all| &all.rods);
+        let mut of_rods = contacts.filter_map(|at| match at.partner {
+            RodPartner::Rod { rod, .. } => Some([at.rod, rod]),
+            RodPartner::Obstacle(_) => None,
+        });
+        of_rods.any(|rods| rods.contains(&own))
+    }
+
     /// Restarts the light rod at the equilibrium resembling `state`, if one is found.
     pub fn land(&mut self, state: &dyn State) {
+        if self.touched {
+            return;
+        }
         let Some(like) = LightEquilibrium::matching_equilibrium(&*self.rod, state) else {
             return;
         };
@@ -282,6 +303,16 @@ impl LightReference {
         let next = EndSample::new(&*self.rod, state);
         let last = std::mem::replace(&mut self.last, next);
         let mut passed = Vec::new();
+        if self.touched {
+            return passed;
+        }
+        if self.touches(state) {
+            self.touched = true;
+            if self.at.take().is_some() {
+                self.lose(last.t, LossReason::Touches);
+            }
+            return passed;
+        }
         let Some(mut at) = self.at.take() else {
             self.patience = self.patience.saturating_sub(1);
             if self.patience == 0 {

@@ -52,6 +52,8 @@ const SAG_OF_RODS: f64 = 0.05;
 const RELEASE: f64 = 1e-2;
 /// Least energy that the barrier stops, over bending stiffness and length.
 const LEAST_ENERGY: f64 = 1e-4;
+/// Energy of a beam over that of its bending stiffness, by the square of the displacement of its middle, in lengths.
+const HELD_BEAM: f64 = 100.0;
 /// Bound of a polynomial of an element by its values at the nodes.
 const BULGE: f64 = 2.0;
 
@@ -565,12 +567,34 @@ impl ElementAssembly {
         let [kinetic, rods, stored, _] = self.energies(at);
         let least = LEAST_ENERGY * self.stiffest_bending() / longest;
         let fall = self.largest_load(at, times) * longest;
-        let speed = (2.0 * (fall + kinetic + rods + stored + least) / mass).sqrt();
+        let driven = self.driven_energy(times);
+        let speed = (2.0 * (fall + kinetic + rods + stored + driven + least) / mass).sqrt();
         let release = RELEASE * speed;
         Some(BarrierStrength {
             push: speed * release / barrier.given.gap,
-            settling: if std::env::var("NOTAU").is_ok() { 0.0 } else { 1.0 / release },
+            settling: 1.0 / release,
         })
+    }
+
+    /// A bound of the order of the energy that the motions of clamps put into rods: that of a beam whose middle is held,
+    /// or, of a turn, that of a rod bent by one turn at most.
+    fn driven_energy(&self, times: &[f64]) -> f64 {
+        let Some(first) = times.first() else {
+            return 0.0;
+        };
+        let lengths = self.rods.iter().map(|rod| rod.law().length());
+        let shortest = lengths.fold(f64::INFINITY, f64::min);
+        let start = self.grounds(*first);
+        let (mut shift, mut turn) = (0.0_f64, 0.0_f64);
+        for t in times {
+            for (from, to) in start.iter().zip(self.grounds(*t)) {
+                let way = from.pose().inverse() * to.pose();
+                shift = shift.max(way.translation.vector.norm() / shortest);
+                turn = turn.max(way.rotation.angle());
+            }
+        }
+        let size = HELD_BEAM * shift.min(1.0).powi(2) + 0.5 * turn * turn;
+        size * self.stiffest_bending() / shortest
     }
 
     /// Sets the strength of the barrier.
