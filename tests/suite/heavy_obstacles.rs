@@ -16,14 +16,14 @@ use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table};
 
 /// A run with the tables of trajectory and contacts.
-struct Ran {
-    record: RunRecord,
-    trajectory: Table,
-    contacts: Table,
+pub(crate) struct Ran {
+    pub record: RunRecord,
+    pub trajectory: Table,
+    pub contacts: Table,
 }
 
 /// Runs a scene to its end. No gap comes to zero, and the ledger closes within `open` of its largest energy.
-fn ran(text: &str, open: f64) -> Ran {
+pub(crate) fn ran(text: &str, open: f64) -> Ran {
     let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"));
     let mut tables: Vec<Table> = Vec::new();
     let prepared = Prepared::new(&scene).unwrap_or_else(|why| panic!("{why}"));
@@ -55,12 +55,12 @@ fn ran(text: &str, open: f64) -> Ran {
 }
 
 impl Ran {
-    fn last(&self, column: &str) -> f64 {
+    pub fn last(&self, column: &str) -> f64 {
         *self.trajectory.reals(column).last().expect("rows")
     }
 
     /// A column of the contacts at the last time.
-    fn last_contacts(&self, column: &str) -> Vec<f64> {
+    pub fn last_contacts(&self, column: &str) -> Vec<f64> {
         let t = self.contacts.reals("t");
         let end = *t.last().expect("a contact");
         assert_eq!(end, self.last("t"), "the last contact is not at the end");

@@ -5,7 +5,7 @@
 //! nodes change the gap by
 //! ```text
 //! dg = n.(dx - dy),      d2g = (dx - dy).(1 - n n)(dx - dy)/|c| - w^2/h,
-//! w = (dx - dy).y'/|c| - n.dy',      h = |y'|^2/|c| - n.y'',
+//! w = (dx - dy).y'/|c| + n.dy',      h = |y'|^2/|c| - n.y'',
 //! ```
 //! where the term with w is the sliding of the nearest place. An end of a rod does not slide. The points of both rods
 //! push, each with half of its mass.
@@ -350,7 +350,7 @@ impl ElementAssembly {
         let ahead = slope / distance;
         let lever = |rod: usize| given.rods[rod].radius * distance / thick;
         let slides = weights.iter().zip(&slopes);
-        let slides = slides.map(|(value, slope)| -(ahead * *value + n * *slope));
+        let slides = slides.map(|(value, slope)| n * *slope - ahead * *value);
         let sides = [
             Side {
                 rod: k,
