@@ -78,7 +78,7 @@ fn coiled(friction: f64, settling: f64) -> (ElementAssembly, DVector<f64>) {
     let model = model.with_near_rods(&moment, 0.0).anchored(&moment);
     for i in 0..sites {
         for k in 0..3 {
-            y[7 * i + k] += 1e-3 * (1.7 * (3 * i + k) as f64 + 0.4).sin();
+            y[7 * i + k] += 2e-4 * (1.7 * (3 * i + k) as f64 + 0.4).sin();
         }
     }
     for i in 7 * sites..time {
