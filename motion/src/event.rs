@@ -153,8 +153,8 @@ impl std::fmt::Display for Outcome {
                 "the body has come to the end of its groove; make the groove longer, or close it",
             ),
             Self::SelfContact(_) => f.write_str(
-                "a rod touches itself or another; contact forces are not modelled; to ignore contact, leave the \
-                 contact diameter out",
+                "a rod touches itself or another, and the run does not follow the forces of this contact; to ignore contact, \
+                 leave the contact diameter out",
             ),
             Self::RodTouch(touch) => write!(
                 f,

@@ -22,6 +22,14 @@ pub enum RodPartner {
 }
 
 impl RodPartner {
+    /// The arclength along the other rod; `None` at an obstacle.
+    pub fn s(&self) -> Option<f64> {
+        match self {
+            Self::Obstacle(_) => None,
+            Self::Rod { s, .. } => Some(*s),
+        }
+    }
+
     /// True for the obstacle or the rod of `other`, wherever along the rod.
     pub fn is(&self, other: &Self) -> bool {
         match (self, other) {

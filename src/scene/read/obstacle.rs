@@ -86,7 +86,7 @@ static SEGMENT: Spec = spec("obstacle.segment", &[
 ]);
 #[rustfmt::skip]
 static PAIR: Spec = spec("contact.pairs", &[
-    field("between", HIT, Form::Array(&Form::Name), "", Need::Yes("between = [\"ball\", \"floor\"]"), "Names of a body and of an obstacle, or of two bodies."),
+    field("between", HIT, Form::Array(&Form::Name), "", Need::Yes("between = [\"ball\", \"floor\"]"), "Names of a body and of an obstacle, of two bodies, or of rods with inertia = \"full\"; twice one name for a rod with itself."),
     field("friction", HIT, Form::Number(&FRICTION), "", Need::No, "Coefficient of Coulomb friction of the pair."),
     field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::No, "Restitution of the pair."),
     field("apart", HIT, Form::Flag, "", Need::Or("false"), "true: the two pass through each other."),
@@ -97,9 +97,9 @@ pub(super) static CONTACT: Spec = spec("contact", &[
     field("restitution", HIT, Form::Number(&RESTITUTION), "", Need::Or("0.0"), "Restitution of obstacles that do not say their own."),
     field("law", HIT, Form::Word(&["stronge", "poisson", "newton"]), "", Need::Or("\"stronge\""), "What the restitution is: a ratio of works, of impulses, or of normal velocities. The three agree for bodies that do not turn."),
     field("pairs", HIT, Form::Array(&Form::Table(&PAIR)), "", Need::No, "Surfaces of single pairs, each a table such as { between = [\"ball\", \"floor\"], friction = 0.2, restitution = 0.8 }."),
-    field("rods", HIT, Form::Word(&["all", "none"]), "", Need::Or("\"all\""), "\"all\": rods touch obstacles, light planar ones at points; the run ends where that is not followed. \"none\": rods pass through obstacles, and bodies alone hit them."),
+    field("rods", HIT, Form::Word(&["all", "none", "obstacles", "others"]), "", Need::Or("\"all\""), "\"all\": rods touch obstacles, light planar ones at points, and rods with inertia = \"full\" touch each other and themselves; the run ends where that is not followed. \"others\": such rods do not touch themselves. \"obstacles\": rods with inertia = \"full\" touch obstacles alone, and end the run where they touch each other. \"none\": rods pass through obstacles, and bodies alone hit them."),
     field("method", HIT, Form::Word(&["auto", "exact", "barrier"]), "", Need::Or("\"auto\""), "\"exact\": contacts have unknown places and forces. \"barrier\": obstacles push within the distance `gap`; for rods with inertia = \"full\". \"auto\": the one that follows the rods of the scene."),
-    field("gap", HIT, Form::Number(&GAP), "", Need::No, "Distance from an obstacle within which a barrier pushes, in lengths of the shortest rod; without it 1e-4. A rod lies on a floor at this distance."),
+    field("gap", HIT, Form::Number(&GAP), "", Need::No, "Distance from an obstacle or a rod within which a barrier pushes, in lengths of the shortest rod; without it 1e-4. A rod lies on a floor at this distance."),
     field("stick", HIT, Form::Number(&POSITIVE), "", Need::No, "Displacement at which friction of a barrier has its full size, in lengths of the shortest rod; without it a hundredth of `gap`, or a tenth of `run.tolerance` if that is more. What sticks gives way by less."),
     field("halve", HIT, Form::Flag, "", Need::Or("false"), "true: a run with a barrier is repeated with half the gap, and `contact.change_at_half_gap` of the summary is the largest change of the places of the bodies at the end, of one rod that of its end."),
     field("settle_speed", HIT, Form::Number(&POSITIVE), "m/s", Need::No, "Normal speed after an impact below which the bounces that are left are summed up; without it 1e-6 sqrt(EI/(mass length))."),

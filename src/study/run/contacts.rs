@@ -186,7 +186,7 @@ pub(super) fn table(header: &RunHeader, branch: usize) -> Table {
     let mut columns = vec![
         Column::reals("t", u.time(), "time"),
         Column::words("a", "the body, or the rod"),
-        Column::words("b", "the obstacle"),
+        Column::words("b", "the obstacle, or the other rod or body"),
     ];
     for axis in ["x", "y", "z"] {
         let meaning = format!("place of the contact, along {axis}");
@@ -212,6 +212,11 @@ pub(super) fn table(header: &RunHeader, branch: usize) -> Table {
         ),
         Column::reals("s_from", u.length(), "where the stretch of a rod that touches begins"),
         Column::reals("s_to", u.length(), "where the stretch ends"),
+        Column::reals(
+            "s_other",
+            u.length(),
+            "arclength of the contact along the other rod; empty at an obstacle",
+        ),
     ]);
     Table::new(name("contacts", branch), columns)
 }
@@ -234,6 +239,7 @@ pub(super) fn rows(header: &RunHeader, t: f64, sample: &ContactSample) -> Vec<Ve
             None::<f64>.into(),
             None::<f64>.into(),
             None::<f64>.into(),
+            None::<f64>.into(),
         ]);
         cells
     };
@@ -253,6 +259,7 @@ pub(super) fn rows(header: &RunHeader, t: f64, sample: &ContactSample) -> Vec<Ve
             Cell::Real(contact.s),
             Cell::Real(contact.stretch[0]),
             Cell::Real(contact.stretch[1]),
+            contact.partner.s().into(),
         ]);
         cells
     };
@@ -285,7 +292,7 @@ pub(super) fn columns(header: &RunHeader) -> Vec<Column> {
         ));
         columns.push(energy(
             "barrier",
-            "energy of the barrier of obstacles, a part of elastic",
+            "energy of the barrier between surfaces, a part of elastic",
         ));
     }
     columns
@@ -312,13 +319,17 @@ impl RunHeader {
         let axes = if self.in_space() { 3 } else { 2 };
         let vector = |v: &Vector3<f64>| json!(v.as_slice()[..axes]);
         let [a, b] = self.rod_sides(&event.at);
-        json!({
+        let mut told = json!({
             "kind": event.key(), "t": event.t, "a": a, "b": b,
             "s": event.at.s,
             "place": vector(&event.at.point),
             "normal": vector(&event.at.normal),
             "normal_force": event.at.normal_force,
-        })
+        });
+        if let Some(s) = event.at.partner.s() {
+            told["s_other"] = json!(s);
+        }
+        told
     }
 
     /// An event of a contact of a body, in the units of the scene.
@@ -409,7 +420,7 @@ impl RunRecord {
         }));
         if let Some(gap) = self.header.barrier_gap {
             told.extend(object(json!({
-                "why": "rods with all of their mass touch obstacles through a barrier",
+                "why": "rods with all of their mass touch obstacles and each other through a barrier",
                 "gap": gap,
                 "change_at_half_gap": self.change_at_half_gap,
                 "closing_lost": sums.closing_lost,

@@ -178,7 +178,7 @@ impl RunHeader {
             format!("{a} at {s} touches {b} at {to}")
         };
         format!(
-            "{where_}; contact forces are not modelled; to ignore contact, set contact_diameter = 0 in the rod"
+            "{where_}; the run does not follow the forces of this contact: rods that all have inertia = \"full\" touch each other at a run.tolerance of 1e-5 or more; to ignore contact, set contact_diameter = 0 in the rod"
         )
     }
 }

@@ -10,6 +10,13 @@ use std::sync::Arc;
 
 /// Points of a piece of a rod in the search for neighbours.
 const PIECE: usize = 16;
+/// Distance of the points of a coarse choice, as a part of the margin; most points for one of them.
+const COARSE: f64 = 8.0;
+const STRIDE: usize = 16;
+/// Distance beyond the barrier up to which Newton's matrix couples elements, over the mean of two diameters.
+const COUPLED: f64 = 2.0;
+/// Place in an element, in [-1, 1], from which on the next element is coupled too.
+const NEXT: f64 = 0.6;
 /// Distance beyond the barrier up to which points are listed at least, over the thinnest diameter.
 const MARGIN: f64 = 0.25;
 /// Way of a step, over the distance that points have moved, for which a list is made.
@@ -60,6 +67,8 @@ pub(super) struct PlaceOnRod {
 pub(super) struct NearPoint {
     pub point: PointOnRod,
     pub place: PlaceOnRod,
+    /// Lower bound of the distance of the two at the moment.
+    pub distance: f64,
     pub anchor: Option<RodAnchor>,
 }
 
@@ -80,13 +89,28 @@ struct Slip {
     u: Vector3<f64>,
 }
 
+/// A place of a rod in the search for neighbours.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    element: usize,
+    /// Number of the surface point in the element.
+    number: usize,
+    place: Vector3<f64>,
+}
+
 /// A piece of a rod in the search for neighbours.
 struct Piece {
-    rod: usize,
-    /// Numbers of its points in the rod.
-    points: std::ops::Range<usize>,
+    /// Numbers of its samples in a list.
+    samples: std::ops::Range<usize>,
     centre: Vector3<f64>,
     radius: f64,
+}
+
+/// Pieces of samples that follow each other.
+fn pieces_of(samples: &[Sample]) -> Vec<Piece> {
+    let starts = (0..samples.len()).step_by(PIECE);
+    let pieces = starts.map(|i| Piece::new(i..(i + PIECE).min(samples.len()), samples));
+    pieces.collect()
 }
 
 /// Sum of vectors of nodes with weights.
@@ -112,16 +136,24 @@ fn way_of(
 }
 
 impl Piece {
-    fn new(rod: usize, points: std::ops::Range<usize>, places: &[Vector3<f64>]) -> Self {
-        let places = &places[points.clone()];
-        let centre = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
-        let far = |most: f64, place: &Vector3<f64>| most.max((place - centre).norm());
+    fn new(range: std::ops::Range<usize>, samples: &[Sample]) -> Self {
+        let own = &samples[range.clone()];
+        let centre = own.iter().map(|one| one.place).sum::<Vector3<f64>>() / own.len() as f64;
+        let far = |most: f64, one: &Sample| most.max((one.place - centre).norm());
         Self {
-            rod,
-            points,
+            samples: range,
             centre,
-            radius: places.iter().fold(0.0, far),
+            radius: own.iter().fold(0.0, far),
         }
+    }
+}
+
+impl NearRods {
+    /// A bound of the way of the points of rods since the moment.
+    pub(super) fn moved(&self, nodes: &[Vec<NodeNow>]) -> f64 {
+        let pairs = nodes.iter().flatten().zip(self.places.iter().flatten());
+        let ways = pairs.map(|(node, listed)| (node.position - listed).norm());
+        BULGE * ways.fold(0.0, f64::max)
     }
 }
 
@@ -200,19 +232,19 @@ impl ElementAssembly {
         lengths.fold(f64::INFINITY, f64::min)
     }
 
-    /// Points of each rod.
-    fn points_of_rods(&self, barrier: &Barrier, nodes: &[Vec<NodeNow>]) -> Vec<Vec<Vector3<f64>>> {
-        let rods = self.rods.iter().enumerate();
-        rods.map(|(k, rod)| {
-            let elements = 0..rod.elements.len();
-            let points = elements.flat_map(|e| {
-                let nodes = self.of_element(nodes, k, e);
-                let values = barrier.values.iter();
-                values.map(|values| weighted(values, nodes, |node| node.position))
-            });
-            points.collect()
-        })
-        .collect()
+    /// Surface points of a rod; two elements share a point.
+    fn points_of_rod(&self, barrier: &Barrier, nodes: &[Vec<NodeNow>], k: usize) -> Vec<Sample> {
+        let elements = 0..self.rods[k].elements.len();
+        let points = elements.flat_map(|element| {
+            let nodes = self.of_element(nodes, k, element);
+            let values = barrier.values.iter().enumerate();
+            values.map(move |(number, values)| Sample {
+                element,
+                number,
+                place: weighted(values, nodes, |node| node.position),
+            })
+        });
+        points.collect()
     }
 
     /// The assembly with a list of the points that are near other stretches of rods, for ways of at most `way` from the
@@ -245,13 +277,7 @@ impl ElementAssembly {
     /// True if the list of points near other rods serves for ways of at most `way` from the moment on.
     pub fn knows_near_rods(&self, at: &ElementMoment, way: f64) -> bool {
         let near = self.barrier.as_ref().and_then(|b| b.near.as_deref());
-        near.is_some_and(|near| {
-            let pairs = at.nodes.iter().flatten().zip(near.places.iter().flatten());
-            let moved = pairs.fold(0.0_f64, |most, (node, listed)| {
-                most.max((node.position - listed).norm())
-            });
-            2.0 * BULGE * (moved + way) <= near.margin
-        })
+        near.is_some_and(|near| 2.0 * (near.moved(&at.nodes) + BULGE * way) <= near.margin)
     }
 
     /// True if the same points are listed as in another assembly on the same elements.
@@ -271,14 +297,29 @@ impl ElementAssembly {
 
     fn near_points(&self, barrier: &Barrier, at: &ElementMoment, margin: f64) -> NearRods {
         let given = &*barrier.given;
-        let places = self.points_of_rods(barrier, &at.nodes);
-        let each = barrier.values.len();
-        let pieces: Vec<Piece> = (places.iter().enumerate())
-            .flat_map(|(k, places)| {
-                let starts = (0..places.len()).step_by(PIECE);
-                starts.map(move |i| Piece::new(k, i..(i + PIECE).min(places.len()), places))
+        let intervals = barrier.intervals();
+        let points: Vec<Vec<Sample>> = (0..self.rods.len())
+            .map(|k| self.points_of_rod(barrier, &at.nodes, k))
+            .collect();
+        let chord = |samples: &[Sample]| {
+            let pairs = samples.windows(2);
+            pairs.fold(0.0_f64, |most, pair| (pair[1].place - pair[0].place).norm().max(most))
+        };
+        let spacing = points.iter().map(|points| chord(points)).fold(0.0, f64::max);
+        // Of the other rod a coarse choice of points serves, each place once.
+        let stride = ((margin / (COARSE * spacing)) as usize).clamp(1, STRIDE);
+        let others: Vec<Vec<Sample>> = (points.iter())
+            .map(|points| {
+                let last = points.len() - 1;
+                let each = points.iter().enumerate();
+                let chosen = each.filter(|(i, one)| {
+                    let along = one.element * intervals + one.number;
+                    (one.number > 0 || *i == 0) && (along % stride == 0 || *i == last)
+                });
+                chosen.map(|(_, one)| *one).collect()
             })
             .collect();
+        let spacing = others.iter().map(|points| chord(points)).fold(0.0, f64::max);
         let mut near = NearRods {
             margin,
             places: (at.nodes.iter())
@@ -286,75 +327,86 @@ impl ElementAssembly {
                 .collect(),
             ..NearRods::default()
         };
-        // Places along a rod, in [0, 1].
-        let along = |rod: usize, i: usize| {
-            let element = &self.rods[rod].elements[i / each];
-            let x = (i % each) as f64 / barrier.intervals() as f64;
-            element.from + (element.to - element.from) * x
+        let at_places = |one: &Sample| 2.0 * one.number as f64 / intervals as f64 - 1.0;
+        let along = |rod: usize, one: &Sample| {
+            let element = &self.rods[rod].elements[one.element];
+            element.from + (element.to - element.from) * 0.5 * (1.0 + at_places(one))
         };
-        // Two elements share a point, which counts for the first of the two.
-        let shared = |j: usize| j > 0 && j % each == 0;
-        let number = |j: usize| j - j / each;
-        for one in &pieces {
-            let k = one.rod;
-            let mut found: Vec<Vec<(usize, usize, f64)>> = vec![Vec::new(); one.points.len()];
-            for other in &pieces {
-                let l = other.rod;
-                if given.between(k, l).is_none() {
-                    continue;
-                }
-                let reach = given.rods[k].radius + given.rods[l].radius + given.gap + margin;
-                let away = (one.centre - other.centre).norm();
-                if away > one.radius + other.radius + reach {
-                    continue;
-                }
-                for (found, i) in found.iter_mut().zip(one.points.clone()) {
-                    for j in other.points.clone().filter(|j| !shared(*j)) {
-                        let square = (places[k][i] - places[l][j]).norm_squared();
-                        if square < reach * reach {
-                            found.push((l, j, square));
+        for (k, points) in points.iter().enumerate() {
+            for piece in pieces_of(points) {
+                for (l, others) in others.iter().enumerate() {
+                    if given.between(k, l).is_none() {
+                        continue;
+                    }
+                    let thick = given.rods[k].radius + given.rods[l].radius;
+                    let reach = thick + given.gap + margin + spacing;
+                    let close = pieces_of(others).into_iter().filter(|other| {
+                        let away = (piece.centre - other.centre).norm();
+                        away <= piece.radius + other.radius + reach
+                    });
+                    let close: Vec<usize> = close.flat_map(|other| other.samples).collect();
+                    for one in &points[piece.samples.clone()] {
+                        let square = |j: usize| (one.place - others[j].place).norm_squared();
+                        let seen = close.iter().map(|j| (*j, square(*j)));
+                        let seen: Vec<(usize, f64)> = seen.collect();
+                        for (i, (j, least)) in seen.iter().enumerate() {
+                            let other = &others[*j];
+                            let beside = |at: Option<usize>, neighbour: usize| {
+                                let near = at.and_then(|at| seen.get(at));
+                                let near = near.filter(|(j, _)| *j == neighbour);
+                                near.map_or(f64::INFINITY, |(_, square)| *square)
+                            };
+                            let nearest = *least < reach * reach
+                                && *least < beside(i.checked_sub(1), j.wrapping_sub(1))
+                                && *least <= beside(Some(i + 1), j + 1);
+                            let s = (along(k, one), along(l, other));
+                            if !nearest || !self.may_touch(barrier, (k, s.0), (l, s.1)) {
+                                continue;
+                            }
+                            let distance = (least.sqrt() - spacing).max(0.0);
+                            let found = NearPoint {
+                                point: PointOnRod {
+                                    element: (k, one.element),
+                                    number: one.number,
+                                },
+                                place: PlaceOnRod {
+                                    element: (l, other.element),
+                                    at: at_places(other),
+                                },
+                                distance,
+                                anchor: None,
+                            };
+                            near.points.push(found);
+                            if distance < thick + given.gap + margin.min(COUPLED * thick) {
+                                self.couple(&found, &mut near.pairs);
+                            }
                         }
                     }
                 }
             }
-            for (found, i) in found.iter().zip(one.points.clone()) {
-                let point = PointOnRod {
-                    element: (k, i / each),
-                    number: i % each,
-                };
-                for (at, (l, j, square)) in found.iter().enumerate() {
-                    if !self.may_touch(barrier, (k, along(k, i)), (*l, along(*l, *j))) {
-                        continue;
-                    }
-                    let pair = [point.element, (*l, j / each)];
-                    near.pairs.push([pair[0].min(pair[1]), pair[0].max(pair[1])]);
-                    let square_at = |at: Option<usize>, neighbour: usize| {
-                        let near = at.and_then(|at| found.get(at));
-                        let near = near.filter(|(rod, j, _)| rod == l && number(*j) == neighbour);
-                        near.map_or(f64::INFINITY, |(.., square)| *square)
-                    };
-                    let j_along = number(*j);
-                    let before = square_at(at.checked_sub(1), j_along.wrapping_sub(1));
-                    if *square < before && *square <= square_at(Some(at + 1), j_along + 1) {
-                        near.points.push(NearPoint {
-                            point,
-                            place: PlaceOnRod {
-                                element: (*l, j / each),
-                                at: 2.0 * (j % each) as f64 / barrier.intervals() as f64 - 1.0,
-                            },
-                            anchor: None,
-                        });
-                    }
-                }
-            }
-        }
-        if near.points.is_empty() {
-            near.pairs.clear();
         }
         near.pairs.sort_unstable();
         near.pairs.dedup();
-        near.points.sort_by_key(|one| (one.place.element, one.point.element, one.point.number));
+        near.points
+            .sort_by_key(|one| (one.place.element, one.point.element, one.point.number));
         near
+    }
+
+    /// Adds the elements that a near point couples: next to a joint of elements the nearest place may slide across.
+    fn couple(&self, found: &NearPoint, pairs: &mut Vec<[(usize, usize); 2]>) {
+        let (own, (rod, element)) = (found.point.element, found.place.element);
+        let last = self.rods[rod].elements.len() - 1;
+        let mut add = |element: usize| {
+            let other = (rod, element);
+            pairs.push([own.min(other), own.max(other)]);
+        };
+        add(element);
+        if found.place.at > NEXT && element < last {
+            add(element + 1);
+        }
+        if found.place.at < -NEXT && element > 0 {
+            add(element - 1);
+        }
     }
 
     /// What a step between two moments missed at rods, if anything.

@@ -231,8 +231,13 @@ impl ElementAssembly {
             return Some(());
         };
         let mut known: Option<((usize, usize), Curve)> = None;
+        let moved = 2.0 * near.moved(nodes) + barrier.given.gap;
         for (number, one) in near.points.iter().enumerate() {
             let (rod, element) = one.place.element;
+            let radii = [rod, one.point.element.0].map(|rod| barrier.given.rods[rod].radius);
+            if one.distance > moved + radii[0] + radii[1] {
+                continue;
+            }
             let curve = match known.take().filter(|(of, _)| *of == (rod, element)) {
                 Some((_, curve)) => curve,
                 None => Curve::new(&self.table, self.of_element(nodes, rod, element)),
@@ -431,7 +436,7 @@ impl ElementAssembly {
     }
 
     /// Adds the derivatives of minus the forces of rods on each other. `add` takes two nodes, and the blocks by
-    /// displacement and velocity. None where nodes push each other for which the matrix has no block.
+    /// displacement and velocity.
     pub(in super::super) fn stiffen_rods(
         &self,
         nodes: &[Vec<NodeNow>],
@@ -441,14 +446,16 @@ impl ElementAssembly {
             return Some(());
         };
         let known = self.near_elements();
-        let mut all_known = true;
         let mut sums: std::collections::BTreeMap<[(usize, usize); 2], [DMatrix<f64>; 2]> =
             std::collections::BTreeMap::new();
         self.each_rod_touch(barrier, nodes, |_, touch| {
             let press = touch.at.press(barrier);
             let pair = touch.sides.each_ref().map(|side| (side.rod, side.element));
             let [a, b] = pair;
-            all_known &= known.binary_search(&[a.min(b), a.max(b)]).is_ok() || a == b;
+            if a != b && known.binary_search(&[a.min(b), a.max(b)]).is_err() {
+                // Newton's iteration does without: the next list couples the two.
+                return;
+            }
             let both = pair.map(|(rod, element)| self.of_element(nodes, rod, element));
             let found = touch.stiffness(&press, both);
             match sums.entry(pair) {
@@ -475,6 +482,6 @@ impl ElementAssembly {
                 }
             }
         }
-        all_known.then_some(())
+        Some(())
     }
 }
