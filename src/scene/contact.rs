@@ -88,15 +88,19 @@ impl Scene {
         self.rods_could_meet() && self.run.as_ref().is_some_and(coarse)
     }
 
-    /// True for rods with all of their mass that touch each other at a coarse tolerance.
+    /// True for rods with all of their mass that would touch each other at a coarse tolerance.
     pub(super) fn rods_could_meet(&self) -> bool {
         let rods = self.every_rod();
-        let follows = |rod: &&Rod| rod.is_heavy() && rod.relaxation.is_empty() && rod.nodes.is_none();
+        let follows =
+            |rod: &&Rod| rod.is_heavy() && rod.relaxation.is_empty() && rod.nodes.is_none();
         let thick = |rod: &&Rod| rod.thickness().is_some_and(|diameter| diameter > 0.0);
         self.is_motion()
             && !self.is_planar()
             && !self.has_groove()
-            && matches!(self.contact.rods, RodsInContact::All | RodsInContact::Others)
+            && matches!(
+                self.contact.rods,
+                RodsInContact::All | RodsInContact::Others
+            )
             && rods.iter().all(follows)
             && rods.iter().any(thick)
     }

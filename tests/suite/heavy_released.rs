@@ -80,7 +80,8 @@ fn a_coil_touches_itself_when_strains_at_nodes_say_so() {
     let coil = "contact_diameter = 0.02\ndamping = { proportional = 0.02 }\nrest = { curvature = [0.0, 8.0] }";
     let touch = |tolerance: f64| {
         let rest = format!(
-            "[start]\nstrain = {{ u2 = [5.5] }}\n[run]\nduration = 0.5\ntolerance = {tolerance:e}"
+            "[start]\nstrain = {{ u2 = [5.5] }}\n[contact]\nrods = \"obstacles\"\n\
+             [run]\nduration = 0.5\ntolerance = {tolerance:e}"
         );
         let record = ran(&scene(&format!("{coil}\n{WIRE}"), &rest));
         assert_eq!(record.outcome(), "self_contact", "{:?}", record.reason());

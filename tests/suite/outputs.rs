@@ -42,6 +42,19 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
             ("duration = 0.5", "duration = 0.2"),
         ],
     ),
+    (
+        "plectoneme",
+        &[
+            (
+                "table = [[0.0, 0.0], [16.0, 32.0]]",
+                "table = [[0.0, 0.0], [8.0, 30.0]]",
+            ),
+            (
+                "duration = 16.0\nsamples = 33",
+                "duration = 6.0\nsamples = 4",
+            ),
+        ],
+    ),
     ("bounce", &[("duration = 20.0", "duration = 2.0")]),
     ("viscous", &[("duration = 3.0", "duration = 0.2")]),
     ("heavy_snap", &[("duration = 0.2", "duration = 0.06")]),

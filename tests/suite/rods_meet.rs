@@ -15,7 +15,7 @@ use snaprod::study::run::{Fields, Prepared, run};
 use snaprod::study::{Silent, Table};
 use std::f64::consts::TAU;
 
-/// Radius, pitch and turns of a coil, and the thickness at which its turns touch.
+/// Radius, pitch and turns of a coil, and the thickness of its rod.
 const COIL: [f64; 4] = [0.15, 0.105, 2.2, 0.1];
 
 /// The section of the coil at s in [0, 1].
@@ -104,7 +104,10 @@ fn forces_of_rods_on_each_other_are_those_of_their_energy() {
         let total = |y: &DVector<f64>| -> f64 {
             let moment = model.moment(y).unwrap();
             let books = y.as_slice()[model.time() + 1..].iter();
-            let lost: f64 = books.enumerate().map(|(i, x)| if i == 1 { -x } else { *x }).sum();
+            let lost: f64 = books
+                .enumerate()
+                .map(|(i, x)| if i == 1 { -x } else { *x })
+                .sum();
             model.energies(&moment).iter().sum::<f64>() + lost
         };
         let h = 1e-5;
@@ -131,7 +134,10 @@ fn by_barrier(model: &ElementAssembly, y: &DVector<f64>, x: &DVector<f64>) -> [D
     let difference = |model: &ElementAssembly| {
         (slope(model, &(y + x * step)) - slope(model, &(y - x * step))) / (2.0 * step)
     };
-    [&found[0] - &found[1], difference(model) - difference(&without)]
+    [
+        &found[0] - &found[1],
+        difference(model) - difference(&without),
+    ]
 }
 
 /// Newton's matrix is that of differences. It leaves out how levers and direction of friction turn with the normal: a
@@ -154,7 +160,10 @@ fn the_matrix_of_rods_that_touch_is_that_of_differences() {
         let speeds = 7 * sites..time;
         let size = wanted.rows(speeds.start, speeds.len()).amax();
         let off = (found - &wanted).rows(speeds.start, speeds.len()).amax();
-        assert!(size > 0.0 && off < bound * size, "friction {friction}: {off:e} of {size:e}");
+        assert!(
+            size > 0.0 && off < bound * size,
+            "friction {friction}: {off:e} of {size:e}"
+        );
     }
 }
 
@@ -206,8 +215,18 @@ fn crossed(gap: f64, more: &str) -> String {
         )
     };
     let rises = ", motion = { translate = [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.11]] }";
-    let upper = rod("upper", ["[-0.5, 0.0, 0.0]", "[0.5, 0.0, 0.0]"], "[1.0, 0.0, 0.0]", "");
-    let lower = rod("lower", ["[0.0, -0.5, -0.03]", "[0.0, 0.5, -0.03]"], "[0.0, 1.0, 0.0]", rises);
+    let upper = rod(
+        "upper",
+        ["[-0.5, 0.0, 0.0]", "[0.5, 0.0, 0.0]"],
+        "[1.0, 0.0, 0.0]",
+        "",
+    );
+    let lower = rod(
+        "lower",
+        ["[0.0, -0.5, -0.03]", "[0.0, 0.5, -0.03]"],
+        "[0.0, 1.0, 0.0]",
+        rises,
+    );
     let run = "[run]\nduration = 2.0\nsamples = 5\ntolerance = 1e-3\n";
     format!("{upper}{lower}[contact]\ngap = {gap}\n{more}\n{run}")
 }
@@ -253,8 +272,16 @@ fn a_cantilever_sticks_to_the_rod_that_it_falls_on() {
             "#
         )
     };
-    let falls = rod("falls", 1.0, "position = [-0.5, 0.0, 0.0], tangent = [1.0, 0.0, 0.0]");
-    let bar = rod("bar", 20.0, "position = [0.0, -0.5, -0.1], tangent = [0.0, 1.0, 0.0]");
+    let falls = rod(
+        "falls",
+        1.0,
+        "position = [-0.5, 0.0, 0.0], tangent = [1.0, 0.0, 0.0]",
+    );
+    let bar = rod(
+        "bar",
+        20.0,
+        "position = [0.0, -0.5, -0.1], tangent = [0.0, 1.0, 0.0]",
+    );
     let scene = |friction: f64, duration: f64| {
         format!(
             "{falls}{bar}[start]\nrest = \"straight\"\n[loads]\ngravity = [0.0, 0.0, -4.0]\n\
@@ -264,7 +291,8 @@ fn a_cantilever_sticks_to_the_rod_that_it_falls_on() {
     };
     let place = |friction: f64, duration: f64| {
         let ran = ran(&scene(friction, duration), 2e-3);
-        let [normal, rubbed, s] = ["normal", "tangential", "s"].map(|name| ran.last_contacts(name)[0]);
+        let [normal, rubbed, s] =
+            ["normal", "tangential", "s"].map(|name| ran.last_contacts(name)[0]);
         assert!(rubbed <= friction * normal * (1.0 + 1e-12));
         (s, rubbed / normal)
     };

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 /// Part of the largest friction by which the friction of sticking surfaces is smaller.
 pub const SLIPPING: f64 = 1e-6;
 
-/// What a rod touches.
+/// The partner of a rod at a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RodPartner {
     /// The obstacle of this number.

@@ -108,7 +108,10 @@ pub fn heavy_motion<'a>(
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
     let asked = options.method == Method::Auto && options.nodes == Nodes::Adaptive;
-    if given.obstacles().is_some_and(|among| !among.obstacles.is_empty()) {
+    if given
+        .obstacles()
+        .is_some_and(|among| !among.obstacles.is_empty())
+    {
         return among_obstacles(given, start, options, asked);
     }
     if !asked || options.tolerance < FINEST {
@@ -228,7 +231,9 @@ impl ElementRun {
             return Err(contact.at_start(|rod| given.rod_name(rod)));
         }
         if model.least_gap_of_rods(&moment) == f64::NEG_INFINITY {
-            return Err(Error::domain("rods are inside of each other at the start: start elsewhere, or set contact_diameter = 0 in a rod"));
+            return Err(Error::domain(
+                "rods are inside of each other at the start: start elsewhere, or set contact_diameter = 0 in a rod",
+            ));
         }
         let near = near.filter(|_| !model.rods_meet());
         let first = ElementSample::new(&model, moment.clone(), &y.as_slice()[model.time()..], 0.0);

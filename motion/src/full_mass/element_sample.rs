@@ -162,7 +162,8 @@ impl ElementSample {
                 .collect()
         };
         let [now, then] = [rods(self), rods(before)];
-        let pair = |a: &RodContactNow, b: &RodContactNow| a.rod == b.rod && a.partner.is(&b.partner);
+        let pair =
+            |a: &RodContactNow, b: &RodContactNow| a.rod == b.rod && a.partner.is(&b.partner);
         let new = |at: &RodContactNow, others: &[RodContactNow], own: &[RodContactNow]| {
             let first = own.iter().find(|other| pair(other, at));
             first == Some(at) && !others.iter().any(|other| pair(other, at))

@@ -168,7 +168,7 @@ Contact = TypedDict(
     {
         "friction": float, "gap": float, "halve": bool, "law": Literal["stronge", "poisson", "newton"],
         "method": Literal["auto", "exact", "barrier"], "pairs": Sequence[ContactPairs], "restitution": float,
-        "rods": Literal["all", "none"], "settle_speed": float, "stick": float,
+        "rods": Literal["all", "none", "obstacles", "others"], "settle_speed": float, "stick": float,
     },
     total=False,
 )

@@ -99,6 +99,9 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
             "no site has a motion: all supports are fixed",
         );
     }
+    if full && scene.obstacles.is_empty() {
+        plan.leave_out("contact with obstacles", "no [[obstacle]]");
+    }
     if !full && !given.free.is_empty() {
         plan.leave_out(
             "rods with a free end",

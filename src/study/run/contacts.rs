@@ -159,7 +159,7 @@ impl RunHeader {
         [body(contact.body), partner]
     }
 
-    /// Names of a rod and of what it touches.
+    /// Names of a rod and of its partner at a contact.
     fn rod_sides(&self, contact: &RodContactNow) -> [&str; 2] {
         let rod = |k: usize| self.rod_name(k).unwrap_or("rod");
         let other = match contact.partner {

@@ -39,8 +39,8 @@ pub struct BallOnBody {
     pub surface: RoundSurface,
 }
 
-/// Fixed obstacles, and the surfaces of rods and bodies that touch obstacles through a barrier of small width. Rods touch
-/// each other and themselves through the same barrier.
+/// Fixed obstacles, and the surfaces of rods and bodies that touch obstacles through a barrier of small width. Rods
+/// touch each other and themselves through the same barrier.
 #[derive(Debug, Clone)]
 pub struct ObstaclesOfRods {
     /// The obstacles, in the frame of the motion.
@@ -97,7 +97,10 @@ impl ObstaclesOfRods {
             }
         }
         let rubbing = self.between.iter().flatten().flatten();
-        if !rubbing.into_iter().all(|x| (0.0..f64::INFINITY).contains(x)) {
+        if !rubbing
+            .into_iter()
+            .all(|x| (0.0..f64::INFINITY).contains(x))
+        {
             return Err(Error::domain(
                 "coefficients of friction of two rods must be finite and >= 0",
             ));
@@ -133,7 +136,7 @@ impl ObstaclesOfRods {
         all.any(|friction| *friction > 0.0)
     }
 
-    /// Least sum of the radii of two rods that touch; infinite without such rods.
+    /// Least sum of two radii, over the rods that touch each other; infinite without any.
     pub fn thinnest_pair(&self) -> f64 {
         let pairs = (0..self.rods.len()).flat_map(|k| (0..self.rods.len()).map(move |l| (k, l)));
         let met = pairs.filter(|(k, l)| self.between(*k, *l).is_some());

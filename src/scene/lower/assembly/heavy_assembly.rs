@@ -58,9 +58,7 @@ pub(super) fn heavy(
                 },
                 turning: turning_on(rod, scales, |couple| couple)?,
                 body: None,
-                diameter: rod
-                    .thickness()
-                    .map(|d| scales.inward(Quantity::Length, d)),
+                diameter: rod.thickness().map(|d| scales.inward(Quantity::Length, d)),
             };
             Ok(HeavyLink {
                 rod: HeavyRod::coarse(given)?,

@@ -1,4 +1,4 @@
-//! Contact of rods in elements, and of round bodies, with fixed obstacles and of rods with each other, through a barrier.
+//! Contact of rods in elements through a barrier: with fixed obstacles, as round bodies, and with each other.
 //!
 //! Within the width d of an obstacle, at the gap g = x d, a surface of mass m per point has the potential
 //! ```text
@@ -46,7 +46,7 @@ const DENSE: usize = 2;
 const DENSEST: usize = 16384;
 /// Largest dip of a rod between two points at a round obstacle, over the width of the barrier.
 const SAG: f64 = 0.01;
-/// Such a dip at another rod. Where the rods come nearer, points are added.
+/// Largest dip between two points at another rod. Points are added where rods come nearer.
 const SAG_OF_RODS: f64 = 0.05;
 /// Largest speed of release, over the speed that the barrier stops.
 const RELEASE: f64 = 1e-2;
@@ -100,7 +100,7 @@ struct TouchingPoint {
     gap: f64,
     /// Unit normal, from what is touched.
     normal: Vector3<f64>,
-    /// The point, with its velocity over the surface that is touched.
+    /// The point, with its velocity over the touched surface.
     point: SurfacePoint,
     /// Coefficient of friction.
     friction: f64,
@@ -173,7 +173,7 @@ impl TouchingPoint {
         }
     }
 
-    /// The same touch, seen from the other surface.
+    /// The touch, seen from the other surface.
     fn turned(mut self) -> Self {
         self.normal = -self.normal;
         self.point.velocity = -self.point.velocity;
@@ -255,7 +255,8 @@ impl Barrier {
         let thinnest = given.thinnest();
         // Between two points at the distance h a rod comes nearer to an obstacle of radius r by h^2/(8 r). A hard touch
         // takes points to some hundredths of the width of the barrier.
-        let spacing_at = |radius: f64, sag: f64| radius.min((8.0 * radius * sag * given.gap).sqrt());
+        let spacing_at =
+            |radius: f64, sag: f64| radius.min((8.0 * radius * sag * given.gap).sqrt());
         let spacing = spacing_at(thinnest, SAG).min(spacing_at(given.thinnest_pair(), SAG_OF_RODS));
         let thinnest = thinnest.min(given.thinnest_pair());
         let intervals = (longest / spacing)
@@ -263,11 +264,13 @@ impl Barrier {
             .max((DENSE * (nodes.len() - 1)) as f64);
         if !(intervals <= DENSEST as f64) {
             let least = longest / DENSEST as f64;
-            let message = Message::from("an obstacle is too thin for the rod: the radius of the obstacle and that of the rod together are ")
-                .number(thinnest, Quantity::Length)
-                .words(", and must be ")
-                .number(least, Quantity::Length)
-                .words(" at least; give the rod a contact_diameter, or make the obstacle thicker");
+            let message = Message::from(
+                "an obstacle or another rod is too thin for the rod: the two radii together are ",
+            )
+            .number(thinnest, Quantity::Length)
+            .words(", and must be ")
+            .number(least, Quantity::Length)
+            .words(" at least; give the rod a contact_diameter, or make the obstacle thicker");
             return Err(Error::domain(message));
         }
         let mut made = Self {
@@ -576,8 +579,8 @@ impl ElementAssembly {
         })
     }
 
-    /// A bound of the order of the energy that the motions of clamps put into rods: that of a beam whose middle is held,
-    /// or, of a turn, that of a rod bent by one turn at most.
+    /// Size of the energy that the motions of clamps put into rods: that of a beam whose middle is held, or, of a turn,
+    /// that of a rod bent by half a turn at most.
     fn driven_energy(&self, times: &[f64]) -> f64 {
         let Some(first) = times.first() else {
             return 0.0;

@@ -45,7 +45,7 @@ pub enum Touching {
     Body(Bearer),
 }
 
-/// What a rod or body touches.
+/// The partner of a rod or body at a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Touched {
     /// The obstacle of this number.
@@ -107,11 +107,16 @@ impl ElementAssembly {
                 press,
             });
         });
-        points.sort_by(|a, b| (a.rods, a.at[0]).partial_cmp(&(b.rods, b.at[0])).unwrap_or(std::cmp::Ordering::Equal));
+        points.sort_by(|a, b| {
+            (a.rods, a.at[0])
+                .partial_cmp(&(b.rods, b.at[0]))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
         let mut found: Vec<(BarrierContact, [f64; 2])> = Vec::new();
         for point in &points {
             let begun = found.iter_mut().rev().find(|(contact, last)| {
-                let near = |k: usize| (point.at[k] - last[k]).abs() < point.step[0].max(point.step[1]);
+                let near =
+                    |k: usize| (point.at[k] - last[k]).abs() < point.step[0].max(point.step[1]);
                 contact.rods() == Some(point.rods) && near(0) && near(1)
             });
             match begun {
@@ -149,7 +154,10 @@ impl ElementAssembly {
                 for (number, element) in rod.elements.iter().enumerate() {
                     let nodes = &at.nodes[k][element.nodes.clone()];
                     let step = (element.to - element.from) / barrier.intervals() as f64;
-                    let act = |j: usize, other: usize, touching: &TouchingPoint, _: &Matrix3<f64>| {
+                    let act = |j: usize,
+                               other: usize,
+                               touching: &TouchingPoint,
+                               _: &Matrix3<f64>| {
                         let press = touching.press(barrier);
                         if other != obstacle || !(press.reaction[0] > 0.0) {
                             return;
@@ -164,7 +172,8 @@ impl ElementAssembly {
                             }
                             _ => {
                                 found.extend(open.take().map(|(_, contact)| contact));
-                                let mut contact = BarrierContact::begun(k, Touched::Obstacle(obstacle), touching);
+                                let mut contact =
+                                    BarrierContact::begun(k, Touched::Obstacle(obstacle), touching);
                                 contact.take(touching, &press, (s * length, radius));
                                 open = Some((s, contact));
                             }

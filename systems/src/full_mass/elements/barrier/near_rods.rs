@@ -19,7 +19,7 @@ const COUPLED: f64 = 2.0;
 const NEXT: f64 = 0.6;
 /// Distance beyond the barrier up to which points are listed at least, over the thinnest diameter.
 const MARGIN: f64 = 0.25;
-/// Way of a step, over the distance that points have moved, for which a list is made.
+/// Way for which a list is made, over the way expected in a step.
 const AHEAD: f64 = 1.5;
 /// Largest way of two touching rods on each other in one step, over the mean of their diameters: on a way of twice the
 /// mean one rod may pass through the other.
@@ -40,7 +40,7 @@ const BETWEEN: usize = 4;
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct NearRods {
     pub(super) points: Vec<NearPoint>,
-    /// Elements whose nodes may push each other, as (rod, element), in their order.
+    /// Pairs of elements with nodes on which the two rods may push, as (rod, element), in order.
     pairs: Vec<[(usize, usize); 2]>,
     /// Distance beyond the barrier up to which points are listed.
     margin: f64,
@@ -126,11 +126,7 @@ pub(super) fn weighted(
 }
 
 /// Length of the control polygon of the path of a point between two moments, which is no shorter than the path.
-fn way_of(
-    [from, to]: [Vector3<f64>; 2],
-    [before, after]: [Vector3<f64>; 2],
-    span: f64,
-) -> f64 {
+fn way_of([from, to]: [Vector3<f64>; 2], [before, after]: [Vector3<f64>; 2], span: f64) -> f64 {
     let (out, back) = (before * (span / 3.0), after * (span / 3.0));
     out.norm() + (to - back - from - out).norm() + back.norm()
 }
@@ -164,7 +160,7 @@ impl ElementAssembly {
         barrier.is_some_and(|barrier| barrier.given.rods_meet())
     }
 
-    /// Pairs of elements whose nodes may push each other, in their order.
+    /// Pairs of elements that Newton's matrix couples, in order.
     pub(in super::super) fn near_elements(&self) -> &[[(usize, usize); 2]] {
         let near = self.barrier.as_ref().and_then(|b| b.near.as_deref());
         near.map_or(&[], |near| &near.pairs)
@@ -251,7 +247,11 @@ impl ElementAssembly {
     /// moment on.
     #[must_use]
     pub fn with_near_rods(mut self, at: &ElementMoment, way: f64) -> Self {
-        let Some(barrier) = self.barrier.clone().filter(|barrier| barrier.given.rods_meet()) else {
+        let Some(barrier) = self
+            .barrier
+            .clone()
+            .filter(|barrier| barrier.given.rods_meet())
+        else {
             return self;
         };
         let margin = (MARGIN * barrier.given.thinnest_pair()).max(2.0 * BULGE * AHEAD * way);
@@ -282,9 +282,12 @@ impl ElementAssembly {
 
     /// True if the same points are listed as in another assembly on the same elements.
     pub fn has_near_rods_of(&self, other: &Self) -> bool {
-        let [own, other] = [self, other].map(|of| of.barrier.as_ref().and_then(|b| b.near.as_deref()));
+        let [own, other] =
+            [self, other].map(|of| of.barrier.as_ref().and_then(|b| b.near.as_deref()));
         let list = |near: Option<&NearRods>| -> Vec<PointOnRod> {
-            near.iter().flat_map(|near| near.points.iter().map(|one| one.point)).collect()
+            near.iter()
+                .flat_map(|near| near.points.iter().map(|one| one.point))
+                .collect()
         };
         list(own) == list(other)
     }
@@ -303,9 +306,14 @@ impl ElementAssembly {
             .collect();
         let chord = |samples: &[Sample]| {
             let pairs = samples.windows(2);
-            pairs.fold(0.0_f64, |most, pair| (pair[1].place - pair[0].place).norm().max(most))
+            pairs.fold(0.0_f64, |most, pair| {
+                (pair[1].place - pair[0].place).norm().max(most)
+            })
         };
-        let spacing = points.iter().map(|points| chord(points)).fold(0.0, f64::max);
+        let spacing = points
+            .iter()
+            .map(|points| chord(points))
+            .fold(0.0, f64::max);
         // Of the other rod a coarse choice of points serves, each place once.
         let stride = ((margin / (COARSE * spacing)) as usize).clamp(1, STRIDE);
         let others: Vec<Vec<Sample>> = (points.iter())
@@ -319,7 +327,10 @@ impl ElementAssembly {
                 chosen.map(|(_, one)| *one).collect()
             })
             .collect();
-        let spacing = others.iter().map(|points| chord(points)).fold(0.0, f64::max);
+        let spacing = others
+            .iter()
+            .map(|points| chord(points))
+            .fold(0.0, f64::max);
         let mut near = NearRods {
             margin,
             places: (at.nodes.iter())
@@ -409,7 +420,7 @@ impl ElementAssembly {
         }
     }
 
-    /// What a step between two moments missed at rods, if anything.
+    /// A passage or place of rods that a step between two moments missed.
     pub(super) fn missed_at_rods(
         &self,
         barrier: &Barrier,
@@ -439,9 +450,11 @@ impl ElementAssembly {
             let [x, y] = [before, after].map(|at| {
                 let own = self.of_element(&at.nodes, k, e);
                 let theirs = self.of_element(&at.nodes, l, f);
-                let there = super::super::sample::lagrange(&self.table.nodes, 0.5 * (1.0 + one.place.at));
+                let there =
+                    super::super::sample::lagrange(&self.table.nodes, 0.5 * (1.0 + one.place.at));
                 let c = |of: fn(&NodeNow) -> Vector3<f64>| {
-                    weighted(&barrier.values[one.point.number], own, of) - weighted(&there, theirs, of)
+                    weighted(&barrier.values[one.point.number], own, of)
+                        - weighted(&there, theirs, of)
                 };
                 [c(|node| node.position), c(|node| node.velocity)]
             });
@@ -545,7 +558,9 @@ impl ElementAssembly {
             let place = touch.sides.each_ref().map(|side| (side.rod, side.s));
             let far = |slip: &Slip| -> f64 {
                 let pairs = place.iter().zip(&slip.place);
-                pairs.map(|((rod, s), (other, t))| if rod == other { (s - t).abs() } else { 1.0 }).sum()
+                pairs
+                    .map(|((rod, s), (other, t))| if rod == other { (s - t).abs() } else { 1.0 })
+                    .sum()
             };
             let nearest = slips.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
             let near = nearest.filter(|slip| far(slip) < SAME);

@@ -127,7 +127,7 @@ impl ElementAssembly {
         nearest
     }
 
-    /// What a step between two moments missed, if anything.
+    /// A passage or place that a step between two moments missed.
     pub fn missed(&self, before: &ElementMoment, after: &ElementMoment) -> Option<Missed> {
         let barrier = self.barrier.as_ref()?;
         if let Some(missed) = self.missed_at_rods(barrier, [before, after]) {

@@ -7,8 +7,8 @@
 //! dg = n.(dx - dy),      d2g = (dx - dy).(1 - n n)(dx - dy)/|c| - w^2/h,
 //! w = (dx - dy).y'/|c| + n.dy',      h = |y'|^2/|c| - n.y'',
 //! ```
-//! where the term with w is the sliding of the nearest place. An end of a rod does not slide. The points of both rods
-//! push, each with half of its mass.
+//! The term with w is the sliding of the nearest place. An end of a rod does not slide. The points of both rods push,
+//! each with half of its mass.
 //!
 //! Friction T acts where the surfaces touch, at x - a n and y + b n. The couples -a n x T and -b n x T are part of it:
 //! without them two rods would set each other turning from nothing.
@@ -430,7 +430,9 @@ impl ElementAssembly {
         };
         self.each_rod_touch(barrier, nodes, |_, touch| {
             let press = touch.at.press(barrier);
-            touch.each_force(self, &press, |rod, node, wrench| pushed[rod][node] += wrench);
+            touch.each_force(self, &press, |rod, node, wrench| {
+                pushed[rod][node] += wrench
+            });
             sums.add(&press);
         })
     }
@@ -477,7 +479,8 @@ impl ElementAssembly {
             let all: Vec<_> = all.collect();
             for (i, row) in all.iter().enumerate() {
                 for (j, column) in all.iter().enumerate() {
-                    let block = |of: &DMatrix<f64>| of.fixed_view::<6, 6>(6 * i, 6 * j).into_owned();
+                    let block =
+                        |of: &DMatrix<f64>| of.fixed_view::<6, 6>(6 * i, 6 * j).into_owned();
                     add([*row, *column], [block(place), block(velocity)]);
                 }
             }
