@@ -166,6 +166,18 @@ fn bad_points_are_told() {
     let points = helix(12);
     let mut twice = points.clone();
     twice[5] = twice[4];
+    // A trefoil with few points where it is wide, whose fit grew with each round.
+    let trefoil = |t: f64| {
+        let (square, cube) = (t * t, t * t * t);
+        Vector3::new(
+            cube - 3.0 * t,
+            square * square - 4.0 * square,
+            0.2 * (square * cube - 6.0 * t),
+        )
+    };
+    let loose: Vec<Vector3<f64>> = (0..26)
+        .map(|i| trefoil(-2.0 + 4.0 * i as f64 / 25.0))
+        .collect();
     let directory = std::env::temp_dir();
     let path = directory.join(format!("snaprod-bad-curve-{}.csv", std::process::id()));
     std::fs::write(&path, "0 0 0\n0 0 1\n0 nan 2\n0 0 3\n").unwrap();
@@ -179,6 +191,7 @@ fn bad_points_are_told() {
             "line 3: \"nan\" in column \"y\" is no finite number",
         ),
         ("\"nowhere.csv\"".to_owned(), "", "cannot be read"),
+        (listed(&loose), "", "swings out between the points"),
         (listed(&points), "length = 1.0\n", "two percent"),
         (
             format!("{{ points = {}, pieces = 9 }}", listed(&points)),

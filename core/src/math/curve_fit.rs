@@ -28,6 +28,9 @@ const SAME: f64 = 1e-12;
 /// Least speed of a sound curve: near arclength the speed is 1.
 const SLOW: f64 = 0.1;
 
+/// Largest length of a curve over the sum of the chords of its points: with more the curve swings out between points.
+const LONGER: f64 = 1.5;
+
 /// A spline curve.
 #[derive(Debug, Clone)]
 pub struct CurveFit {
@@ -89,6 +92,13 @@ impl CurveFit {
         let mut fit = Self::with(points, parameters, degree, pieces)?;
         for _ in 1..ROUNDS {
             let parameters = fit.arclengths();
+            let length = parameters[count - 1];
+            if !(length <= LONGER * whole) {
+                return Err(Error::domain(format!(
+                    "the curve swings out between the points: its length would be {length:.3}, that of the chords is {whole:.3}; give points \
+                     at equal distances, more points, or fewer `pieces`"
+                )));
+            }
             fit = Self::with(points, parameters, degree, pieces)?;
         }
         let slow = fit.samples().find(|t| !(fit.at(*t)[1].norm() > SLOW));
