@@ -78,7 +78,7 @@ enum Next {
 /// A bound that was reached.
 enum Passed {
     /// The run goes on behind the event.
-    Through(RodContactEvent),
+    Through(Box<RodContactEvent>),
     /// The run ends there.
     Ends(RodBound),
 }
@@ -374,7 +374,7 @@ impl<'a> TouchingRun<'a> {
     /// Passes a bound: the event, or the end of the run.
     fn pass(&mut self, at: RodTouch) -> Event {
         match self.passed(at) {
-            Ok(Passed::Through(event)) => Event::RodContact(event),
+            Ok(Passed::Through(event)) => Event::RodContact(*event),
             Ok(Passed::Ends(bound)) => self.stop(Outcome::RodTouch(RodTouch { bound, ..at })),
             Err(why) => {
                 let cause = Cause::Failed(why.context("the contact of the rod with an obstacle"));
@@ -421,7 +421,7 @@ impl<'a> TouchingRun<'a> {
         let mut at = at.ok_or_else(lost)?;
         // Zero up to the error of the event's place.
         at.normal_force = at.normal_force.max(0.0);
-        Ok(Passed::Through(RodContactEvent { t, change, at }))
+        Ok(Passed::Through(Box::new(RodContactEvent { t, change, at })))
     }
 
     /// The touch nearest to a bound on the present sheet.

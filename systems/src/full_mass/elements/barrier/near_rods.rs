@@ -322,7 +322,7 @@ impl ElementAssembly {
                 let each = points.iter().enumerate();
                 let chosen = each.filter(|(i, one)| {
                     let along = one.element * intervals + one.number;
-                    (one.number > 0 || *i == 0) && (along % stride == 0 || *i == last)
+                    (one.number > 0 || *i == 0) && (along.is_multiple_of(stride) || *i == last)
                 });
                 chosen.map(|(_, one)| *one).collect()
             })
@@ -428,15 +428,16 @@ impl ElementAssembly {
     ) -> Option<Missed> {
         let near = barrier.near.as_deref()?;
         let span = after.t - before.t;
-        let mut farthest = 0.0_f64;
+        let (mut longest, mut farthest) = (0.0_f64, 0.0_f64);
         let nodes = |at: &ElementMoment| at.nodes.clone().into_iter().flatten().collect::<Vec<_>>();
         let (from, to) = (nodes(before), nodes(after));
         let listed = near.places.iter().flatten();
         for ((a, b), listed) in from.iter().zip(&to).zip(listed) {
             let way = way_of([a.position, b.position], [a.velocity, b.velocity], span);
+            longest = longest.max(way);
             farthest = farthest.max((a.position - listed).norm() + way);
         }
-        if farthest > FAR * self.length_of_shortest() && !near.points.is_empty() {
+        if longest > FAR * self.length_of_shortest() && !near.points.is_empty() {
             return Some(Missed::Obstacle);
         }
         if 2.0 * BULGE * farthest > near.margin {
