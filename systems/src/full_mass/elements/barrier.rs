@@ -44,6 +44,8 @@ use std::sync::Arc;
 const DENSE: usize = 2;
 /// Most intervals of an element.
 const DENSEST: usize = 16384;
+/// Part of a rod that its end stands for where the end alone hits.
+const END: f64 = 0.1;
 /// Largest dip of a rod between two points at a round obstacle, over the width of the barrier.
 const SAG: f64 = 0.01;
 /// Largest dip between two points at another rod. Points are added where rods come nearer.
@@ -329,6 +331,20 @@ fn point_of(nodes: &[NodeNow], values: &[f64], mass: f64) -> SurfacePoint {
 }
 
 impl ElementAssembly {
+    /// Length of a rod for which point `j` of an element stands. A free end that hits stops a part of the rod.
+    fn length_of_point(&self, k: usize, element: usize, j: usize, intervals: usize) -> f64 {
+        let rod = &self.rods[k];
+        let half = if j == 0 || j == intervals { 0.5 } else { 1.0 };
+        let length = half * rod.length(&rod.elements[element]) / intervals as f64;
+        let at_start = element == 0 && j == 0;
+        let at_end = element + 1 == rod.elements.len() && j == intervals;
+        if at_start || at_end {
+            length.max(END * rod.law().length())
+        } else {
+            length
+        }
+    }
+
     /// The barrier, once it has a strength.
     fn pushing(&self) -> Option<&Barrier> {
         let barrier = self.barrier.as_ref();
@@ -358,7 +374,7 @@ impl ElementAssembly {
         let start = nodes[0].position;
         let far = |most: f64, node: &NodeNow| most.max((node.position - start).norm());
         let reach = BULGE * nodes.iter().fold(0.0, far) + given.gap;
-        let (intervals, length) = (barrier.intervals(), rod.length(element));
+        let intervals = barrier.intervals();
         for (obstacle, friction) in surface.friction.iter().enumerate() {
             let Some(friction) = *friction else { continue };
             let shape = &given.obstacles[obstacle];
@@ -371,8 +387,7 @@ impl ElementAssembly {
                 if rod.is_at_ground(element.from + (element.to - element.from) * x, surface) {
                     continue;
                 }
-                let half = if j == 0 || j == intervals { 0.5 } else { 1.0 };
-                let mass = half * barrier.density * share * length / intervals as f64;
+                let mass = barrier.density * share * self.length_of_point(k, number, j, intervals);
                 let point = point_of(nodes, values, mass);
                 let gap = shape.gap(&point.place).less(surface.radius);
                 if gap.value >= given.gap {

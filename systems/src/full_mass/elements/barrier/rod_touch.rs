@@ -391,13 +391,8 @@ impl ElementAssembly {
             let u = x + directors(values, own) * anchor.at_point - there;
             u - n * n.dot(&u)
         });
-        let half = if number == 0 || number == intervals {
-            0.25
-        } else {
-            0.5
-        };
-        let length = self.rods[k].length(&self.rods[k].elements[e]);
-        let mass = half * barrier.density * barrier.share(thick) * length / intervals as f64;
+        let length = self.length_of_point(k, e, number, intervals);
+        let mass = 0.5 * barrier.density * barrier.share(thick) * length;
         Some(RodTouch {
             sides,
             at: TouchingPoint {
