@@ -88,7 +88,7 @@ impl Scene {
         self.rods_could_meet() && self.run.as_ref().is_some_and(coarse)
     }
 
-    /// True for rods with all of their mass that would touch each other at a coarse tolerance.
+    /// True for rods with all of their mass and a thickness, which touch each other at a coarse tolerance.
     pub(super) fn rods_could_meet(&self) -> bool {
         let rods = self.every_rod();
         let follows =

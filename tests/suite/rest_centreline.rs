@@ -166,7 +166,7 @@ fn bad_points_are_told() {
     let points = helix(12);
     let mut twice = points.clone();
     twice[5] = twice[4];
-    // A trefoil with few points where it is wide, whose fit grew with each round.
+    // A trefoil with few points in its wide parts: the fit grew with each round.
     let trefoil = |t: f64| {
         let (square, cube) = (t * t, t * t * t);
         Vector3::new(

@@ -44,7 +44,7 @@ use std::sync::Arc;
 const DENSE: usize = 2;
 /// Most intervals of an element.
 const DENSEST: usize = 16384;
-/// Part of a rod that its end stands for where the end alone hits.
+/// Part of a rod for which a free end stands where the end alone hits.
 const END: f64 = 0.1;
 /// Largest dip of a rod between two points at a round obstacle, over the width of the barrier.
 const SAG: f64 = 0.01;
