@@ -340,7 +340,8 @@ fn a_clamp_turns_a_rod_in_elements_by_more_than_240_degrees() {
     assert!((energy / 10.0 - 1.0).abs() < 1e-4, "{energy}");
 }
 
-/// Rods that start inside of each other are refused with the place; pairs that are apart pass through each other.
+/// Rods that start inside of each other are refused with the place, and rules of contact that would be ignored by name;
+/// pairs that are apart pass through each other.
 #[test]
 fn rods_inside_of_each_other_are_refused_and_pairs_apart_pass() {
     let text = crossed(1e-3, "").replace("-0.03]", "-0.015]");
@@ -352,6 +353,21 @@ fn rods_inside_of_each_other_are_refused_and_pairs_apart_pass() {
     };
     let why = why.expect("a refusal").to_string();
     assert!(why.contains("nearer to each other at the start"), "{why}");
+    let refused = [
+        (r#"method = "exact""#, "through a barrier"),
+        (
+            r#"pairs = [{ between = ["uper", "lower"], apart = true }]"#,
+            "uper",
+        ),
+    ];
+    for (more, words) in refused {
+        let told = Scene::parse(&crossed(1e-3, more))
+            .expect_err(more)
+            .to_string();
+        assert!(told.contains(words), "{told}");
+    }
+    let itself = r#"pairs = [{ between = ["upper", "upper"], apart = true }]"#;
+    assert!(Scene::parse(&crossed(1e-3, itself)).is_ok());
     let apart = r#"pairs = [{ between = ["upper", "lower"], apart = true }]"#;
     let tables = tables_of(&crossed(1e-3, apart));
     let bent = *tables[0].reals("elastic").last().expect("rows");

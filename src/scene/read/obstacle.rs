@@ -328,12 +328,21 @@ fn names_are_known(top: &Table, scene: &Scene) -> bool {
         let heavy = scene.rod.is_heavy();
         let is_body = |name: &String| bodies.contains(name) || (heavy && rods.contains(name));
         let known = |name: &String| is_body(name) || obstacles.contains(name);
-        let fits = known(a) && known(b) && (is_body(a) || is_body(b)) && a != b;
+        let is_rod = |name: &String| heavy && rods.contains(name);
+        // Rods touch obstacles, each other and themselves, and no bodies.
+        let with_body = (is_rod(a) && bodies.contains(b)) || (bodies.contains(a) && is_rod(b));
+        let differ = a != b || is_rod(a);
+        let fits = known(a) && known(b) && (is_body(a) || is_body(b)) && differ && !with_body;
         if !fits {
             let hint = format!("{a:?} and {b:?} are no such pair");
             let allowed = format!(
-                "with two names in each of `pairs`, of a body and of another body or an obstacle: {}",
-                list(&mut bodies.iter().chain(&obstacles))
+                "with two names in each of `pairs`, of a body and of another body or an obstacle, or of rods with inertia = \"full\": {}",
+                list(
+                    &mut bodies
+                        .iter()
+                        .chain(rods.iter().filter(|_| heavy))
+                        .chain(&obstacles)
+                )
             );
             top.fault(FaultKind::Value, "contact", allowed, hint);
             return false;
@@ -461,7 +470,7 @@ pub(super) fn contact(table: &Table) -> Option<ContactRules> {
 /// True if a motion can follow the contacts of the scene; otherwise reports why not, at `[[obstacle]]`.
 pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
     if !scene.has_contact() {
-        return true;
+        return rods_can_meet(top, scene);
     }
     let at = if scene.obstacles.is_empty() {
         "body"
@@ -556,6 +565,34 @@ pub(super) fn can_be_followed(top: &Table, scene: &Scene) -> bool {
         );
     }
     true
+}
+
+/// True if the rules of a scene without obstacles are those of rods that touch each other; otherwise reports why not.
+fn rods_can_meet(top: &Table, scene: &Scene) -> bool {
+    let rules = &scene.contact;
+    if !top.has("contact") {
+        return true;
+    }
+    let refuse = |allowed: &str, hint: &str| {
+        top.fault(FaultKind::Conflict, "contact", allowed, hint);
+        false
+    };
+    if rules.rods == RodsInContact::Others && !scene.every_rod().iter().all(|rod| rod.is_heavy()) {
+        return refuse(
+            "without rods = \"others\" where a rod has no inertia = \"full\"",
+            "only rods with all of their mass touch each other: write inertia = \"full\" in every rod, or leave contact.rods out",
+        );
+    }
+    if !scene.rods_could_meet() {
+        return true;
+    }
+    if rules.method == ContactMethod::Exact {
+        return refuse(
+            "of rods without mass where contact.method = \"exact\"",
+            "rods with all of their mass touch each other through a barrier: leave contact.method out",
+        );
+    }
+    names_are_known(top, scene)
 }
 
 /// Gives rods with all of their mass that touch obstacles or each other a tolerance that elements reach, unless the

@@ -600,8 +600,7 @@ impl ElementAssembly {
         let Some(first) = times.first() else {
             return 0.0;
         };
-        let lengths = self.rods.iter().map(|rod| rod.law().length());
-        let shortest = lengths.fold(f64::INFINITY, f64::min);
+        let shortest = self.length_of_shortest();
         let start = self.grounds(*first);
         let (mut shift, mut turn) = (0.0_f64, 0.0_f64);
         for t in times {

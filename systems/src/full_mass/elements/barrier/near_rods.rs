@@ -2,6 +2,7 @@
 
 use super::rod_touch::RodTouch;
 use super::{BULGE, Barrier, Missed};
+use crate::full_mass::elements::sample::lagrange;
 use crate::full_mass::elements::system::NodeNow;
 use crate::full_mass::elements::{Carrier, ElementAssembly, ElementMoment, ElementNode};
 use nalgebra::Vector3;
@@ -223,7 +224,7 @@ impl ElementAssembly {
         found
     }
 
-    fn length_of_shortest(&self) -> f64 {
+    pub(super) fn length_of_shortest(&self) -> f64 {
         let lengths = self.rods.iter().map(|rod| rod.law().length());
         lengths.fold(f64::INFINITY, f64::min)
     }
@@ -343,6 +344,7 @@ impl ElementAssembly {
             let element = &self.rods[rod].elements[one.element];
             element.from + (element.to - element.from) * 0.5 * (1.0 + at_places(one))
         };
+        let pieces: Vec<Vec<Piece>> = others.iter().map(|points| pieces_of(points)).collect();
         for (k, points) in points.iter().enumerate() {
             for piece in pieces_of(points) {
                 for (l, others) in others.iter().enumerate() {
@@ -351,11 +353,11 @@ impl ElementAssembly {
                     }
                     let thick = given.rods[k].radius + given.rods[l].radius;
                     let reach = thick + given.gap + margin + spacing;
-                    let close = pieces_of(others).into_iter().filter(|other| {
+                    let close = pieces[l].iter().filter(|other| {
                         let away = (piece.centre - other.centre).norm();
                         away <= piece.radius + other.radius + reach
                     });
-                    let close: Vec<usize> = close.flat_map(|other| other.samples).collect();
+                    let close: Vec<usize> = close.flat_map(|other| other.samples.clone()).collect();
                     for one in &points[piece.samples.clone()] {
                         let square = |j: usize| (one.place - others[j].place).norm_squared();
                         let seen = close.iter().map(|j| (*j, square(*j)));
@@ -429,10 +431,9 @@ impl ElementAssembly {
         let near = barrier.near.as_deref()?;
         let span = after.t - before.t;
         let (mut longest, mut farthest) = (0.0_f64, 0.0_f64);
-        let nodes = |at: &ElementMoment| at.nodes.clone().into_iter().flatten().collect::<Vec<_>>();
-        let (from, to) = (nodes(before), nodes(after));
+        let [from, to] = [before, after].map(|at| at.nodes.iter().flatten());
         let listed = near.places.iter().flatten();
-        for ((a, b), listed) in from.iter().zip(&to).zip(listed) {
+        for ((a, b), listed) in from.zip(to).zip(listed) {
             let way = way_of([a.position, b.position], [a.velocity, b.velocity], span);
             longest = longest.max(way);
             farthest = farthest.max((a.position - listed).norm() + way);
@@ -451,8 +452,7 @@ impl ElementAssembly {
             let [x, y] = [before, after].map(|at| {
                 let own = self.of_element(&at.nodes, k, e);
                 let theirs = self.of_element(&at.nodes, l, f);
-                let there =
-                    super::super::sample::lagrange(&self.table.nodes, 0.5 * (1.0 + one.place.at));
+                let there = lagrange(&self.table.nodes, 0.5 * (1.0 + one.place.at));
                 let c = |of: fn(&NodeNow) -> Vector3<f64>| {
                     weighted(&barrier.values[one.point.number], own, of)
                         - weighted(&there, theirs, of)
@@ -510,7 +510,7 @@ impl ElementAssembly {
             if x > 1.0 {
                 return false;
             }
-            let values = super::super::sample::lagrange(&self.table.nodes, x);
+            let values = lagrange(&self.table.nodes, x);
             let x = weighted(&values, own, |node| node.position);
             self.distance_to(&at.nodes, &x, other)
                 .is_some_and(|distance| !(distance > thick))
